@@ -1,0 +1,109 @@
+// A Vulkan 1.3 device with one compute + graphics queue, headless. Either made here or lent by a host.
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/result.h"
+
+namespace nephele {
+
+// What a device offers, as far as it matters here.
+struct DeviceInfo {
+  std::uint32_t index = 0;
+  std::string name;
+  std::string driver;  // driver name and version
+  VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
+  std::uint32_t api_version = 0;
+  bool usable = false;                        // Vulkan 1.3 and every required feature
+  std::string missing;                        // what keeps it from being usable
+  bool fragment_shader_interlock = false;     // the interlock blending backend
+  bool ordered_attachment_access = false;     // the attachment blending backend
+  VkDeviceSize max_storage_buffer_bytes = 0;
+  float timestamp_period_ns = 0;
+};
+
+struct DeviceOptions {
+  std::string name_or_index;  // empty: the first discrete GPU, else the first usable device
+  bool validation = false;    // Khronos validation with synchronisation validation; messages are counted
+  // The default reads NEPHELE_VALIDATION (1 = on).
+  static DeviceOptions from_environment(std::string name_or_index = {});
+};
+
+// Vulkan objects that a host owns and lends. The device must have been created with the features that
+// Device::create enables (see required_features in device.cpp) and outlive everything made from it.
+struct HostDevice {
+  VkInstance instance = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_device = VK_NULL_HANDLE;
+  VkDevice device = VK_NULL_HANDLE;
+  VkQueue queue = VK_NULL_HANDLE;
+  std::uint32_t queue_family = 0;
+  bool fragment_shader_interlock = false;  // enabled on that device
+  bool ordered_attachment_access = false;  // enabled on that device
+};
+
+class Device {
+ public:
+  static Result<std::vector<DeviceInfo>> list();
+  static Result<std::unique_ptr<Device>> create(const DeviceOptions& options);
+  static std::unique_ptr<Device> adopt(const HostDevice& host);
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const DeviceInfo& info() const { return info_; }
+  VkDevice vk() const { return device_; }
+  VkPhysicalDevice physical() const { return physical_; }
+  VkQueue queue() const { return queue_; }
+  std::uint32_t queue_family() const { return queue_family_; }
+  VkSampler linear_clamp() const { return linear_clamp_; }
+  VkSampler linear_repeat() const { return linear_repeat_; }
+  VkSampler nearest_clamp() const { return nearest_clamp_; }
+
+  std::uint32_t memory_type(std::uint32_t type_bits, VkMemoryPropertyFlags wanted) const;
+
+  // Runs record(command_buffer) on the queue and waits. For set-up work, not for frames.
+  template <class Record>
+  void run_once(Record&& record) {
+    const VkCommandBuffer commands = begin_once();
+    record(commands);
+    end_once(commands);
+  }
+
+  // Names a Vulkan object for validation messages and captures. No effect without validation.
+  void set_name(VkObjectType type, std::uint64_t handle, const std::string& name) const;
+
+  // Bytes of device memory allocated through this device and not yet freed.
+  VkDeviceSize allocated_bytes() const { return allocated_bytes_; }
+  void count_allocation(VkDeviceSize bytes) { allocated_bytes_ += bytes; }
+  void count_free(VkDeviceSize bytes) { allocated_bytes_ -= bytes; }
+
+  // Validation warnings and errors since the program started, over all devices.
+  static std::uint64_t validation_messages();
+
+ private:
+  Device() = default;
+  void create_common();
+  VkCommandBuffer begin_once();
+  void end_once(VkCommandBuffer commands);
+
+  bool owned_ = false;
+  DeviceInfo info_;
+  VkInstance instance_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_ = VK_NULL_HANDLE;
+  VkPhysicalDeviceMemoryProperties memory_{};
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  std::uint32_t queue_family_ = 0;
+  VkCommandPool once_pool_ = VK_NULL_HANDLE;
+  VkSampler linear_clamp_ = VK_NULL_HANDLE, linear_repeat_ = VK_NULL_HANDLE, nearest_clamp_ = VK_NULL_HANDLE;
+  PFN_vkSetDebugUtilsObjectNameEXT set_object_name_ = nullptr;
+  VkDeviceSize allocated_bytes_ = 0;
+};
+
+}  // namespace nephele

@@ -1,0 +1,149 @@
+// A frame is an explicit, ordered list of steps. Each step names the resources it touches and how; the
+// barriers between steps are derived (barriers.h), descriptor sets are written, timestamps are taken by name.
+//
+//   FrameBuilder frame(device);
+//   frame.compute({.name = "sort", .kernel = &histogram, .bindings = {{0, keys, Access::storage_read},
+//                  {1, counts, Access::storage_write}}, .push = as_push(params), .groups = {n, 1, 1}});
+//   Frame::execute(...)
+//
+// The list is rebuilt every frame (it costs microseconds), so a step that a scene doesn't need is not there.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/barriers.h"
+#include "engine/kernel.h"
+#include "engine/resources.h"
+
+namespace nephele {
+
+enum class Sampler : std::uint8_t { linear_clamp, linear_repeat, nearest_clamp };
+
+// Buffer or image; the objects must outlive the frame's execution.
+using ResourceRef = std::variant<const Buffer*, const Image*>;
+
+// A resource at a binding of set 0. Its access must agree with what the shader's reflection says.
+struct Binding {
+  std::uint32_t binding;
+  ResourceRef resource;
+  Access access;
+  Sampler sampler = Sampler::linear_clamp;
+
+  Binding(std::uint32_t at, const Buffer& buffer, Access how) : binding(at), resource(&buffer), access(how) {}
+  Binding(std::uint32_t at, const Image& image, Access how, Sampler with = Sampler::linear_clamp)
+      : binding(at), resource(&image), access(how), sampler(with) {}
+};
+
+using PushConstants = std::vector<std::byte>;
+template <class T>
+PushConstants as_push(const T& value) {
+  const auto* bytes = reinterpret_cast<const std::byte*>(&value);
+  return PushConstants(bytes, bytes + sizeof(T));
+}
+
+// Arguments read from a buffer by the device: 3 uints for a dispatch, 4 for a draw.
+struct Indirect {
+  const Buffer* buffer = nullptr;
+  VkDeviceSize offset = 0;
+};
+
+struct ComputeStep {
+  std::string name;  // the pass's row in the timings; several steps may share it
+  const ComputeKernel* kernel = nullptr;
+  std::vector<Binding> bindings;
+  PushConstants push;
+  std::array<std::uint32_t, 3> groups = {1, 1, 1};  // ignored when indirect
+  Indirect indirect;
+};
+
+struct RasterStep {
+  std::string name;
+  const RasterPipeline* pipeline = nullptr;
+  std::vector<Binding> bindings;              // input attachments of an ordered pipeline are bound here as color_ordered
+  PushConstants push;
+  std::vector<const Image*> color;            // attachments, in order
+  std::vector<std::array<float, 4>> clear;    // clear values, one per attachment
+  std::uint32_t vertex_count = 0;             // ignored when indirect
+  Indirect indirect;
+};
+
+class FrameBuilder {
+ public:
+  explicit FrameBuilder(Device& device) : device_(&device) {}
+
+  void compute(ComputeStep step);
+  void raster(RasterStep step);
+  // Fills a buffer with a 32-bit value.
+  void fill(std::string name, const Buffer& buffer, std::uint32_t value);
+  // Writes up to 64 KiB at offset 0 from the CPU, in frame order.
+  void update(std::string name, const Buffer& buffer, std::vector<std::byte> data);
+  // Copies a whole image or the first `bytes` of a buffer to a read-back buffer, readable after the frame.
+  void read_back(std::string name, const Image& image, const Buffer& to);
+  void read_back(std::string name, const Buffer& buffer, const Buffer& to, VkDeviceSize bytes);
+
+  const std::vector<StepDeclaration>& declarations() const { return declarations_; }
+  std::vector<PlannedBarrier> plan() const;
+  std::string describe() const;  // the plan in words
+
+ private:
+  friend class FrameExecutor;
+  struct Work;
+  using RecordFunction = std::function<void(VkCommandBuffer, class FrameExecutor&)>;
+  struct Step {
+    RecordFunction record;
+  };
+  std::uint32_t resource_index(const ResourceRef& resource);
+  void add(std::string name, const std::vector<std::pair<ResourceRef, Access>>& uses, RecordFunction record);
+
+  Device* device_;
+  std::vector<ResourceRef> resources_;
+  std::vector<std::string> resource_names_;
+  std::vector<StepDeclaration> declarations_;
+  std::vector<Step> steps_;
+};
+
+struct PassTime {
+  std::string name;
+  double gpu_ms = 0;
+};
+
+// Records and runs frames: owns the command buffer, descriptor pool, framebuffers and timestamp queries.
+class FrameExecutor {
+ public:
+  explicit FrameExecutor(Device& device);
+  ~FrameExecutor();
+  FrameExecutor(const FrameExecutor&) = delete;
+  FrameExecutor& operator=(const FrameExecutor&) = delete;
+
+  // Records, submits and waits. Times of all passes are available afterwards.
+  void run(const FrameBuilder& frame);
+  // Records into a host's command buffer; the host submits. The executor's per-frame objects stay in use until
+  // the next call, so the host must have waited for the previous frame first.
+  void record(const FrameBuilder& frame, VkCommandBuffer commands);
+
+  // GPU milliseconds per pass name, in frame order, of the last frame (after run, or once a host has waited).
+  std::vector<PassTime> pass_times();
+
+  VkDescriptorSet allocate_set(const PipelineLayout& layout, const std::vector<Binding>& bindings);
+  VkFramebuffer framebuffer(const RasterPipeline& pipeline, const std::vector<const Image*>& color);
+
+ private:
+  void begin_frame(std::size_t step_count);
+  Device& device_;
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+  VkCommandBuffer commands_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;
+  VkDescriptorPool descriptors_ = VK_NULL_HANDLE;
+  VkQueryPool queries_ = VK_NULL_HANDLE;
+  std::uint32_t query_capacity_ = 0;
+  std::vector<std::string> step_names_;
+  std::vector<VkFramebuffer> framebuffers_;
+};
+
+}  // namespace nephele
