@@ -1,0 +1,101 @@
+// Structures that the CPU and every pass share: scalar block layout, so C++ and GLSL agree field by field.
+// Spaces: *render space* has the world's axes (x east, y north, z up) and its origin at the camera, with the
+// planet's curvature applied; *grid space* has xy in metres from the snapped origin of the cloud field (world
+// minus wind drift) and z = altitude. See world.h for both mappings.
+#ifndef NEPHELE_SHARED_TYPES_H
+#define NEPHELE_SHARED_TYPES_H
+
+#include "prelude.h"
+
+NEPHELE_SHARED_BEGIN
+
+NEPHELE_CONST(uint, kMaxRings, 8u);
+
+// Binding 0 of every pass: what is constant over one frame. 
+struct FrameConstants {
+  mat4 clip_from_render;         // projection * rotation; Vulkan clip space, y down, reverse-free depth unused
+  mat4 render_from_clip;         // its inverse: direction of a pixel = normalize((M * vec4(ndc, 1, 1)).xyz)
+  vec3 camera_grid_m;            // camera in grid space; z = altitude
+  float time_s;
+  vec3 sun_direction;            // unit, towards the sun, at the camera
+  float sun_angular_radius_rad;
+  vec3 sun_irradiance;           // top of the atmosphere
+  float exposure;                // linear scale before tone mapping
+  vec3 ground_albedo;
+  uint atmosphere_enabled;
+  uvec2 image_size_px;           // full resolution
+  uvec2 layer_size_px;           // cloud layer: ceil(image / scale)
+  uint scale;                    // 1, 2 or 4
+  uint ground_enabled;
+  // Cloud field
+  ivec2 origin_index;            // grid origin = origin_index * kOriginUnitM in cloud space
+  uint seed;
+  uint clouds_enabled;
+  float coverage;                // 0..1, the c of the field
+  float base_m;                  // altitude of the flat bases
+  float thickness_m;             // height of the tallest clouds above the base
+  float extinction_per_m;        // peak extinction of a particle of density 1
+  float view_distance_m;         // clouds fade over its last fifth
+  uint ring_count;               // <= kMaxRings
+  uint ring_size_cells;          // cells along a ring's side, a multiple of 8
+  uint layer_count;              // particles stacked in a cell, base included
+  float inner_cell_m;            // cell size of ring 0, doubling per ring
+  float phase_g;                 // asymmetry of the phase function
+  uint phase_function;           // 0 Henyey-Greenstein, 1 Cornette-Shanks
+  uint listed_particle_count;    // particles given by the scene file: the first ones of the particle buffer
+  // Light space: light_from_render * p_render = (u, v) across and w towards the sun, metres (light.h)
+  mat3 light_from_render;
+  float pad_m;                   // keeps the size a multiple of 8
+};
+
+// Particle.flags
+NEPHELE_CONST(uint, kParticleHomogeneous, 1u);  // constant extinction inside the ellipsoid
+NEPHELE_CONST(uint, kParticleEmissive, 2u);     // radiance_per_sr is the source colour; no lighting
+NEPHELE_CONST(uint, kParticleDetail, 4u);       // fine noise at its edges
+// bits 8..10: ring
+
+struct Particle {
+  vec3 center_m;            // render space
+  float extinction_per_m;   // peak, times density and level-of-detail weight; 0 is never listed
+  vec3 radius_m;            // semi-axes: x and y turned by yaw, z up
+  float yaw_rad;            // clockwise from north, seen from above
+  uint orientation;         // of the reference particle inside: quaternion as snorm8x4 (packSnorm4x8, xyzw)
+  uint flags;
+  float base_m;             // altitude below which the particle is cut off (flat base); -1e30 = no cut
+  float top_m;              // altitude of the cloud's top above this particle, for sky light; own top if listed
+  vec3 radiance_per_sr;     // source colour when kParticleEmissive
+  uint id;                  // hash of its cell and slot: breaks ties, seeds noise
+};
+
+// Light at one visible particle (same index as the visible list).
+struct ParticleLight {
+  vec3 sun_irradiance;      // after the atmosphere, before any cloud
+  float tau_sun;            // optical depth towards the sun through the other particles, at the centre
+  vec3 tau_gradient_per_m;  // of that depth, for a linear variation inside the particle (clamped when used)
+  float tau_smooth;         // low-passed tau_sun: light diffused in the cloud's body
+};
+
+// Counters and indirect arguments that the passes of a frame fill. demand may exceed the capacity; count never does.
+struct FrameCounters {
+  uint particle_demand;
+  uint particle_count;
+  uint visible_demand;
+  uint visible_count;
+  uint tile_pair_demand;
+  uint tile_pair_count;
+  uint cell_count;          // occupied cells
+  uint fragments_shaded;    // filled only when statistics are asked for
+  uvec3 particle_groups;    // indirect dispatch: ceil(particle_count / 64), 1, 1
+  uvec3 visible_groups;     // indirect dispatch: ceil(visible_count / 64), 1, 1
+  uvec3 tile_pair_groups;   // indirect dispatch: ceil(tile_pair_count / 64), 1, 1
+  uvec4 draw;               // indirect draw: 6 * visible_count vertices, 1 instance
+};
+
+NEPHELE_SHARED_END
+
+#ifdef __cplusplus
+static_assert(sizeof(nephele::shared::Particle) == 64);
+static_assert(sizeof(nephele::shared::ParticleLight) == 32);
+#endif
+
+#endif
