@@ -1,0 +1,92 @@
+// What a picture is of: camera, sun, atmosphere, ground, clouds. Plain structs in SI units and radians, and the
+// reader of the JSON scene file (whose keys carry degrees). Knows nothing of how a scene is drawn.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/result.h"
+
+namespace nephele {
+
+// World axes: x east, y north, z up; z is the altitude.
+struct CameraState {
+  glm::dvec3 position_m{0.0, 0.0, 1500.0};
+  double yaw_rad = 0.0;                               // clockwise from north
+  double pitch_rad = 5.0 * std::numbers::pi / 180.0;  // up
+  double roll_rad = 0.0;                              // the right side goes down
+  double vertical_fov_rad = 55.0 * std::numbers::pi / 180.0;
+};
+
+struct SunSettings {
+  double azimuth_rad = 220.0 * std::numbers::pi / 180.0;   // clockwise from north
+  double elevation_rad = 35.0 * std::numbers::pi / 180.0;  // from the horizon
+  glm::vec3 irradiance{1.0f};                              // top of the atmosphere; the unit of light
+};
+
+struct AtmosphereSettings {
+  bool enabled = true;  // off: black sky, no haze
+};
+
+struct GroundSettings {
+  bool enabled = true;  // off: the sky's colour below the horizon too
+  glm::vec3 albedo{0.12f, 0.14f, 0.10f};
+};
+
+struct CloudSettings {
+  std::uint32_t seed = 1;
+  float coverage = 0.45f;
+  float base_m = 1200.0f;
+  float thickness_m = 900.0f;
+  float extinction_per_m = 0.05f;
+  glm::dvec2 wind_m_per_s{6.0, 2.0};
+  float view_distance_m = 80000.0f;
+};
+
+enum class PhaseFunction : std::uint8_t { henyey_greenstein, cornette_shanks };
+
+struct PhaseSettings {
+  PhaseFunction function = PhaseFunction::henyey_greenstein;
+  float g = 0.85f;
+};
+
+enum class ParticleShape : std::uint8_t {
+  reference,    // the inhomogeneous reference particle from the table
+  homogeneous,  // constant extinction = density * extinction_per_m inside the ellipsoid
+};
+
+struct ListedParticle {
+  glm::dvec3 center_m{0.0};
+  glm::vec3 radius_m{100.0f};  // semi-axes; x and y turned by yaw
+  double yaw_rad = 0.0;        // clockwise from north, seen from above
+  float density = 1.0f;
+  float extinction_per_m = 0.05f;
+  ParticleShape shape = ParticleShape::reference;
+  std::optional<glm::vec3> radiance;  // the source radiance itself, unlit
+};
+
+inline constexpr std::size_t kMaxListedParticles = 262144;
+
+struct Scene {
+  CameraState camera;
+  SunSettings sun;
+  AtmosphereSettings atmosphere;
+  GroundSettings ground;
+  float exposure_ev = 0.0f;                               // stops; radiance is scaled by 2^exposure_ev
+  std::optional<CloudSettings> clouds = CloudSettings{};  // none: only the listed particles
+  PhaseSettings phase;
+  std::vector<ListedParticle> particles;
+};
+
+// Every key is optional and defaults to the value above. A file without "clouds" has the default clouds, unless it
+// lists "particles" (even none of them): then it has no others. Unknown or repeated keys, wrong types and values
+// out of range are errors naming the file, the key's path, the value and what is accepted.
+Result<Scene> load_scene(const std::string& path);
+Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors);
+
+}  // namespace nephele
