@@ -17,7 +17,7 @@ namespace nephele {
 template <class... Parts>
 std::string concat(const Parts&... parts) {
   std::ostringstream text;
-  (text << ... << parts);
+  static_cast<void>((text << ... << parts));  // no parts: no effect
   return text.str();
 }
 

@@ -93,7 +93,6 @@ class FrameBuilder {
 
  private:
   friend class FrameExecutor;
-  struct Work;
   using RecordFunction = std::function<void(VkCommandBuffer, class FrameExecutor&)>;
   struct Step {
     RecordFunction record;

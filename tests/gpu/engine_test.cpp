@@ -1,0 +1,62 @@
+// The engine on a real device: transfers, chained dispatches with derived barriers, indirect dispatch, timings.
+#include <doctest/doctest.h>
+
+#include <numeric>
+
+#include "engine/frame.h"
+#include "tests/support/test_device.h"
+
+using namespace nephele;
+
+TEST_CASE("buffers start as zeros and keep what is written") {
+  Buffer buffer(test_device(), "buffer", 64);
+  CHECK(buffer.read_vector<std::uint32_t>(16) == std::vector<std::uint32_t>(16, 0));
+  std::vector<std::uint32_t> values(16);
+  std::iota(values.begin(), values.end(), 7u);
+  buffer.write_vector(values);
+  CHECK(buffer.read_vector<std::uint32_t>(16) == values);
+}
+
+TEST_CASE("images keep what is written, in 2D and 3D") {
+  for (const ImageDesc& desc : {ImageDesc{VK_FORMAT_R32_SFLOAT, 5, 3}, ImageDesc{VK_FORMAT_R32_SFLOAT, 4, 3, 2}}) {
+    Image image(test_device(), "image", desc);
+    std::vector<float> texels(image.tight_bytes() / sizeof(float));
+    std::iota(texels.begin(), texels.end(), 0.5f);
+    image.write(std::as_bytes(std::span(texels)));
+    std::vector<float> back(texels.size());
+    image.read(std::as_writable_bytes(std::span(back)));
+    CHECK(back == texels);
+  }
+}
+
+TEST_CASE("steps run in order, direct and indirect, and are timed by name") {
+  Device& device = test_device();
+  const ComputeKernel twice(device, shaders::test_double_comp);
+  constexpr std::uint32_t kCount = 1000;
+  Buffer a(device, "a", kCount * 4), b(device, "b", kCount * 4), c(device, "c", kCount * 4), arguments(device, "arguments", 12);
+  const Buffer back(device, "back", kCount * 4, Buffer::Memory::readback);
+  std::vector<std::uint32_t> values(kCount);
+  std::iota(values.begin(), values.end(), 1u);
+  a.write_vector(values);
+  arguments.write_vector(std::vector<std::uint32_t>{(kCount + 63) / 64, 1, 1});
+
+  FrameBuilder frame(device);
+  frame.compute({.name = "first", .kernel = &twice, .bindings = {{0, a, Access::storage_read}, {1, b, Access::storage_write}},
+                 .push = as_push(kCount), .groups = {(kCount + 63) / 64, 1, 1}});
+  frame.compute({.name = "second", .kernel = &twice, .bindings = {{0, b, Access::storage_read}, {1, c, Access::storage_write}},
+                 .push = as_push(kCount), .indirect = {&arguments, 0}});
+  frame.read_back("read", c, back, kCount * 4);
+  FrameExecutor executor(device);
+  for (int run = 0; run < 2; ++run) {
+    executor.run(frame);
+    const auto* result = static_cast<const std::uint32_t*>(back.mapped());
+    bool right = true;
+    for (std::uint32_t i = 0; i < kCount; ++i) right = right && result[i] == 4 * values[i];
+    CHECK(right);
+  }
+  const auto times = executor.pass_times();
+  REQUIRE(times.size() == 3);
+  CHECK(times[0].name == "first");
+  CHECK(times[1].name == "second");
+  for (const PassTime& time : times) CHECK(time.gpu_ms >= 0.0);
+}
