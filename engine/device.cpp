@@ -140,6 +140,7 @@ DeviceInfo query_info(VkPhysicalDevice physical, std::uint32_t index) {
   if (find_queue_family(physical) == kNoQueue) info.missing = "a queue for graphics and compute with timestamps";
   else if (!features.v12.scalarBlockLayout) info.missing = "scalarBlockLayout";
   else if (!features.v13.synchronization2) info.missing = "synchronization2";
+  else if (!features.v13.maintenance4) info.missing = "maintenance4";
   else if (!features.core.features.fragmentStoresAndAtomics) info.missing = "fragmentStoresAndAtomics";
   else if (!features.core.features.independentBlend) info.missing = "independentBlend";
   else info.usable = true;
@@ -232,6 +233,7 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
   features.core.features.independentBlend = VK_TRUE;
   features.v12.scalarBlockLayout = VK_TRUE;
   features.v13.synchronization2 = VK_TRUE;
+  features.v13.maintenance4 = VK_TRUE;  // LocalSizeId, which glslang emits for Vulkan 1.3
   features.interlock.fragmentShaderPixelInterlock = VK_TRUE;
   features.ordered.rasterizationOrderColorAttachmentAccess = VK_TRUE;
   std::vector<const char*> extensions;
