@@ -1,0 +1,24 @@
+// The baked tables as textures, ready to be fetched by shaders/tables.glsl with the device's linear_clamp sampler.
+#pragma once
+
+#include "engine/resources.h"
+#include "lut/tables.h"
+
+namespace nephele {
+
+class GpuTables {
+ public:
+  GpuTables(Device& device, const Tables& tables);
+
+  const TableParameters& parameters() const { return parameters_; }
+  const Image& optical_depth() const { return optical_depth_; }              // R8G8_UNORM
+  const Image& multiple_scattering() const { return multiple_scattering_; }  // R16G16B16A16_SFLOAT
+  float mean_fill() const { return mean_fill_; }
+
+ private:
+  TableParameters parameters_;
+  Image optical_depth_, multiple_scattering_;
+  float mean_fill_ = 0;
+};
+
+}  // namespace nephele
