@@ -1,0 +1,64 @@
+#include "passes/prefix_sum.h"
+
+namespace nephele {
+
+namespace {
+
+constexpr std::uint32_t kLocalSize = 64;
+
+std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
+
+struct Push {
+  std::uint32_t count, total_index;
+};
+
+}  // namespace
+
+PrefixSum::PrefixSum(Device& device, std::uint32_t max_count) : max_count_(max_count) {
+  const SpecConstant run{0, kRun};
+  reduce_ = ComputeKernel(device, shaders::prefix_sum_reduce_comp, {&run, 1});
+  scan_ = ComputeKernel(device, shaders::prefix_sum_scan_comp, {&run, 1});
+  scan_top_ = ComputeKernel(device, shaders::prefix_sum_scan_comp_top, {&run, 1});
+  for (std::uint32_t count = max_count; count > kRun;) {
+    count = (count + kRun - 1) / kRun;
+    sums_.emplace_back(device, "prefix_sums_" + std::to_string(sums_.size()), VkDeviceSize{count} * sizeof(std::uint32_t));
+  }
+}
+
+void PrefixSum::add(FrameBuilder& frame, std::string name, const Buffer& values, std::uint32_t n, const Buffer& total,
+                    VkDeviceSize total_offset_bytes) {
+  NEPHELE_CHECK(n <= max_count_, name, ": ", n, " values, room for ", max_count_);
+  NEPHELE_CHECK(total_offset_bytes % sizeof(std::uint32_t) == 0, name, ": total at byte ", total_offset_bytes);
+
+  struct Level {
+    const Buffer* values;
+    std::uint32_t count;
+  };
+  std::vector<Level> levels = {{&values, n}};
+  while (levels.back().count > kRun) {
+    const Level from = levels.back();
+    const Level to{&sums_[levels.size() - 1], (from.count + kRun - 1) / kRun};
+    frame.compute({.name = name,
+                   .kernel = &reduce_,
+                   .bindings = {{0, *from.values, Access::storage_read}, {1, *to.values, Access::storage_write}},
+                   .push = as_push(from.count),
+                   .groups = {groups_for(to.count), 1, 1}});
+    levels.push_back(to);
+  }
+
+  const Level top = levels.back();
+  frame.compute({.name = name,
+                 .kernel = &scan_top_,
+                 .bindings = {{0, *top.values, Access::storage_read_write}, {1, total, Access::storage_write}},
+                 .push = as_push(Push{top.count, static_cast<std::uint32_t>(total_offset_bytes / sizeof(std::uint32_t))})});
+
+  for (std::size_t level = levels.size() - 1; level-- > 0;)
+    frame.compute({.name = name,
+                   .kernel = &scan_,
+                   .bindings = {{0, *levels[level].values, Access::storage_read_write},
+                                {1, *levels[level + 1].values, Access::storage_read}},
+                   .push = as_push(Push{levels[level].count, 0}),
+                   .groups = {groups_for(levels[level + 1].count), 1, 1}});
+}
+
+}  // namespace nephele

@@ -1,0 +1,77 @@
+#include "passes/radix_sort.h"
+
+#include <algorithm>
+
+namespace nephele {
+
+namespace {
+
+constexpr std::uint32_t kLocalSize = 32;
+
+// Pairs a thread handles: long runs keep the table of counts small, short ones fill a wide device. A few hundred
+// threads saturate a CPU's cores and vector lanes.
+std::uint32_t run_length(const Device& device) {
+  return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU ? 512 : 128;
+}
+
+struct Push {
+  std::uint32_t count_index, capacity, run, threads, shift, digit_mask;
+};
+
+}  // namespace
+
+RadixSort::RadixSort(Device& device, const std::string& name, std::uint32_t capacity)
+    : histogram_(device, shaders::radix_histogram_comp),
+      scatter_(device, shaders::radix_scatter_comp),
+      capacity_(std::max(capacity, 1u)),
+      run_(run_length(device)),
+      threads_((capacity_ + run_ - 1) / run_),
+      scan_(device, threads_ << kMaxDigitBits),
+      counts_(device, name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t)),
+      total_(device, name + "_total", sizeof(std::uint32_t)) {
+  for (int side = 0; side < 2; ++side) {
+    const VkDeviceSize bytes = VkDeviceSize{capacity_} * sizeof(std::uint32_t);
+    keys_[side] = Buffer(device, name + "_keys_" + std::to_string(side), bytes);
+    values_[side] = Buffer(device, name + "_values_" + std::to_string(side), bytes);
+  }
+}
+
+RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, const Buffer& count,
+                                 VkDeviceSize count_offset_bytes, std::uint32_t key_bits) {
+  NEPHELE_CHECK(key_bits >= 1 && key_bits <= 32, name, ": ", key_bits, " key bits");
+  NEPHELE_CHECK(count_offset_bytes % sizeof(std::uint32_t) == 0, name, ": count at byte ", count_offset_bytes);
+
+  // Rounds of equal width: a 14-bit key takes two tables of 128 counts, not one of 256 and one of 64.
+  const std::uint32_t rounds = (key_bits + kMaxDigitBits - 1) / kMaxDigitBits;
+  const std::uint32_t digit_bits = (key_bits + rounds - 1) / rounds;
+  const std::uint32_t groups = (threads_ + kLocalSize - 1) / kLocalSize;
+
+  int from = 0;
+  for (std::uint32_t shift = 0; shift < key_bits; shift += digit_bits, from ^= 1) {
+    const std::uint32_t bits = std::min(digit_bits, key_bits - shift);
+    const Push push{static_cast<std::uint32_t>(count_offset_bytes / sizeof(std::uint32_t)), capacity_, run_, threads_, shift,
+                    (1u << bits) - 1u};
+    frame.fill(name, counts_, 0);
+    frame.compute({.name = name,
+                   .kernel = &histogram_,
+                   .bindings = {{0, keys_[from], Access::storage_read},
+                                {1, counts_, Access::storage_read_write},
+                                {2, count, Access::storage_read}},
+                   .push = as_push(push),
+                   .groups = {groups, 1, 1}});
+    scan_.add(frame, name, counts_, threads_ << bits, total_);
+    frame.compute({.name = name,
+                   .kernel = &scatter_,
+                   .bindings = {{0, keys_[from], Access::storage_read},
+                                {1, values_[from], Access::storage_read},
+                                {2, keys_[from ^ 1], Access::storage_write},
+                                {3, values_[from ^ 1], Access::storage_write},
+                                {4, counts_, Access::storage_read_write},
+                                {5, count, Access::storage_read}},
+                   .push = as_push(push),
+                   .groups = {groups, 1, 1}});
+  }
+  return {keys_[from], values_[from]};
+}
+
+}  // namespace nephele
