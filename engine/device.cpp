@@ -137,6 +137,7 @@ DeviceInfo query_info(VkPhysicalDevice physical, std::uint32_t index) {
   vkGetPhysicalDeviceFeatures2(physical, &features.core);
   info.fragment_shader_interlock = interlock && features.interlock.fragmentShaderPixelInterlock;
   info.ordered_attachment_access = ordered && features.ordered.rasterizationOrderColorAttachmentAccess;
+  info.fragment_count_query = features.core.features.pipelineStatisticsQuery;
   if (find_queue_family(physical) == kNoQueue) info.missing = "a queue for graphics and compute with timestamps";
   else if (!features.v12.scalarBlockLayout) info.missing = "scalarBlockLayout";
   else if (!features.v13.synchronization2) info.missing = "synchronization2";
@@ -231,6 +232,7 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
   features.link(device->info_.fragment_shader_interlock, device->info_.ordered_attachment_access);
   features.core.features.fragmentStoresAndAtomics = VK_TRUE;
   features.core.features.independentBlend = VK_TRUE;
+  features.core.features.pipelineStatisticsQuery = device->info_.fragment_count_query;
   features.v12.scalarBlockLayout = VK_TRUE;
   features.v13.synchronization2 = VK_TRUE;
   features.v13.maintenance4 = VK_TRUE;  // LocalSizeId, which glslang emits for Vulkan 1.3
@@ -267,6 +269,7 @@ std::unique_ptr<Device> Device::adopt(const HostDevice& host) {
   device->info_ = query_info(host.physical_device, 0);
   device->info_.fragment_shader_interlock = host.fragment_shader_interlock;
   device->info_.ordered_attachment_access = host.ordered_attachment_access;
+  device->info_.fragment_count_query = host.fragment_count_query;
   device->create_common();
   return device;
 }

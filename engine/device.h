@@ -23,6 +23,7 @@ struct DeviceInfo {
   std::string missing;                        // what keeps it from being usable
   bool fragment_shader_interlock = false;     // the interlock blending backend
   bool ordered_attachment_access = false;     // the attachment blending backend
+  bool fragment_count_query = false;          // pipeline statistics: optional, for the figures
   VkDeviceSize max_storage_buffer_bytes = 0;
   float timestamp_period_ns = 0;
 };
@@ -44,6 +45,7 @@ struct HostDevice {
   std::uint32_t queue_family = 0;
   bool fragment_shader_interlock = false;  // enabled on that device
   bool ordered_attachment_access = false;  // enabled on that device
+  bool fragment_count_query = false;       // pipelineStatisticsQuery enabled on that device
 };
 
 class Device {

@@ -8,7 +8,7 @@ namespace nephele {
 namespace {
 
 // Some headroom over what the largest frame list uses; allocation failure is a CHECK, not a surprise.
-constexpr std::uint32_t kMaxSets = 512, kMaxDescriptors = 2048;
+constexpr std::uint32_t kMaxSets = 512, kMaxDescriptors = 2048, kMaxRasterSteps = 16;
 
 const std::string& resource_name(const ResourceRef& resource) {
   return std::visit([](const auto* object) -> const std::string& { return object->name(); }, resource);
@@ -129,6 +129,7 @@ void FrameBuilder::raster(RasterStep step) {
     begin.pClearValues = clear.data();
     const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
     const VkDescriptorSet set = executor.allocate_set(layout, step.bindings);
+    executor.begin_fragment_count(commands);
     vkCmdBeginRenderPass(commands, &begin, VK_SUBPASS_CONTENTS_INLINE);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, step.pipeline->vk());
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout.vk(), 0, 1, &set, 0, nullptr);
@@ -138,6 +139,7 @@ void FrameBuilder::raster(RasterStep step) {
     if (step.indirect.buffer) vkCmdDrawIndirect(commands, step.indirect.buffer->vk(), step.indirect.offset, 1, 16);
     else vkCmdDraw(commands, step.vertex_count, 1, 0, 0);
     vkCmdEndRenderPass(commands);
+    executor.end_fragment_count(commands);
   });
 }
 
@@ -196,11 +198,20 @@ FrameExecutor::FrameExecutor(Device& device) : device_(device) {
   descriptors.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
   descriptors.pPoolSizes = sizes.data();
   NEPHELE_VK(vkCreateDescriptorPool(device.vk(), &descriptors, nullptr, &descriptors_));
+
+  if (device.info().fragment_count_query) {
+    VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    info.queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS;
+    info.queryCount = kMaxRasterSteps;
+    info.pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_FRAGMENT_SHADER_INVOCATIONS_BIT;
+    NEPHELE_VK(vkCreateQueryPool(device.vk(), &info, nullptr, &fragment_queries_));
+  }
 }
 
 FrameExecutor::~FrameExecutor() {
   for (VkFramebuffer framebuffer : framebuffers_) vkDestroyFramebuffer(device_.vk(), framebuffer, nullptr);
   vkDestroyQueryPool(device_.vk(), queries_, nullptr);
+  vkDestroyQueryPool(device_.vk(), fragment_queries_, nullptr);
   vkDestroyDescriptorPool(device_.vk(), descriptors_, nullptr);
   vkDestroyFence(device_.vk(), fence_, nullptr);
   vkDestroyCommandPool(device_.vk(), pool_, nullptr);
@@ -209,6 +220,7 @@ FrameExecutor::~FrameExecutor() {
 void FrameExecutor::begin_frame(std::size_t step_count) {
   for (VkFramebuffer framebuffer : framebuffers_) vkDestroyFramebuffer(device_.vk(), framebuffer, nullptr);
   framebuffers_.clear();
+  raster_steps_ = 0;
   NEPHELE_VK(vkResetDescriptorPool(device_.vk(), descriptors_, 0));
   const std::uint32_t needed = static_cast<std::uint32_t>(step_count + 1);
   if (needed <= query_capacity_) return;
@@ -225,6 +237,7 @@ void FrameExecutor::record(const FrameBuilder& frame, VkCommandBuffer commands) 
   step_names_.clear();
   const std::vector<PlannedBarrier> barriers = frame.plan();
   vkCmdResetQueryPool(commands, queries_, 0, static_cast<std::uint32_t>(frame.steps_.size() + 1));
+  if (fragment_queries_) vkCmdResetQueryPool(commands, fragment_queries_, 0, kMaxRasterSteps);
   memory_barrier(commands, kFrameStart);
   for (std::uint32_t i = 0; i < frame.steps_.size(); ++i) {
     // The stamp precedes the barrier: a stamp that no barrier follows reads early on lavapipe.
@@ -265,6 +278,26 @@ std::vector<PassTime> FrameExecutor::pass_times() {
     row->gpu_ms += static_cast<double>(stamps[i + 1] - stamps[i]) * device_.info().timestamp_period_ns * 1e-6;
   }
   return times;
+}
+
+void FrameExecutor::begin_fragment_count(VkCommandBuffer commands) {
+  NEPHELE_CHECK(raster_steps_ < kMaxRasterSteps);
+  if (fragment_queries_) vkCmdBeginQuery(commands, fragment_queries_, raster_steps_, 0);
+}
+
+void FrameExecutor::end_fragment_count(VkCommandBuffer commands) {
+  if (fragment_queries_) vkCmdEndQuery(commands, fragment_queries_, raster_steps_);
+  ++raster_steps_;
+}
+
+std::uint64_t FrameExecutor::fragments_shaded() {
+  if (!fragment_queries_ || raster_steps_ == 0) return 0;
+  std::vector<std::uint64_t> counts(raster_steps_);
+  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), fragment_queries_, 0, raster_steps_, counts.size() * sizeof(counts[0]), counts.data(),
+                                   sizeof(counts[0]), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+  std::uint64_t sum = 0;
+  for (const std::uint64_t count : counts) sum += count;
+  return sum;
 }
 
 VkDescriptorSet FrameExecutor::allocate_set(const PipelineLayout& layout, const std::vector<Binding>& bindings) {

@@ -129,6 +129,12 @@ class FrameExecutor {
   // GPU milliseconds per pass name, in frame order, of the last frame (after run, or once a host has waited).
   std::vector<PassTime> pass_times();
 
+  // Fragment shader invocations of the last frame's raster steps; 0 where the device can't count them.
+  std::uint64_t fragments_shaded();
+
+  // For the steps' own recording.
+  void begin_fragment_count(VkCommandBuffer commands);
+  void end_fragment_count(VkCommandBuffer commands);
   VkDescriptorSet allocate_set(const PipelineLayout& layout, const std::vector<Binding>& bindings);
   VkFramebuffer framebuffer(const RasterPipeline& pipeline, const std::vector<const Image*>& color);
 
@@ -141,6 +147,8 @@ class FrameExecutor {
   VkDescriptorPool descriptors_ = VK_NULL_HANDLE;
   VkQueryPool queries_ = VK_NULL_HANDLE;
   std::uint32_t query_capacity_ = 0;
+  VkQueryPool fragment_queries_ = VK_NULL_HANDLE;  // null: not supported
+  std::uint32_t raster_steps_ = 0;                 // of the frame being recorded, or the last one
   std::vector<std::string> step_names_;
   std::vector<VkFramebuffer> framebuffers_;
 };

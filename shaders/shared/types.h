@@ -75,6 +75,26 @@ struct ParticleLight {
   float tau_smooth;         // low-passed tau_sun: light diffused in the cloud's body
 };
 
+// Everything that shading one visible particle needs, in drawing order. *Reference space* is the unit space of the
+// ellipsoid, turned into the frame of the reference particle inside: the ellipsoid is the unit sphere there.
+struct DrawParticle {
+  mat3 reference_from_render;
+  vec3 center_m;                 // render space
+  float extinction_per_m;
+  vec3 light_direction;          // unit, reference space, the way sunlight travels
+  float optical_radius;          // of the homogeneous sphere that stands in for multiple scattering
+  vec3 sun_irradiance;
+  float tau_sun;
+  vec3 tau_gradient_per_m;       // render space
+  float base_m;
+  vec3 sky_up_radiance;          // mean radiance of the sky above
+  float top_m;
+  vec3 sky_down_radiance;        // mean radiance of air and ground below
+  uint flags;
+  vec3 radiance_per_sr;
+  float optical_radius_vertical; // peak extinction times the vertical semi-axis: scales ambient occlusion
+};
+
 // Counters and indirect arguments that the passes of a frame fill. demand may exceed the capacity; count never does.
 struct FrameCounters {
   uint particle_demand;
@@ -96,6 +116,7 @@ NEPHELE_SHARED_END
 #ifdef __cplusplus
 static_assert(sizeof(nephele::shared::Particle) == 64);
 static_assert(sizeof(nephele::shared::ParticleLight) == 32);
+static_assert(sizeof(nephele::shared::DrawParticle) == 148);
 #endif
 
 #endif

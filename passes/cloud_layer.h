@@ -1,0 +1,60 @@
+// The cloud layer: visible particles, back to front, shaded from the tables and blended volume-aware into colour,
+// transmittance and distance ([Yusov14] 5.4, 5.5), then brought to the image's resolution.
+//
+// reads -> writes: particles, visible list, draw order, lights, tables -> draw particles -> blend state -> layer -> full
+// cost: fragments (particles times their area in pixels of the layer), each two table fetches and two noise fetches.
+#pragma once
+
+#include "engine/frame.h"
+#include "lut/gpu_tables.h"
+
+namespace nephele {
+
+enum class Backend : std::uint8_t { automatic, interlock, attachment, alpha };
+
+const char* backend_name(Backend backend);
+
+// What a device blends with when asked for `automatic`: interlock, else attachment, else alpha.
+Backend resolve_backend(const DeviceInfo& device, Backend wanted);
+bool backend_available(const DeviceInfo& device, Backend backend);
+
+class CloudLayer {
+ public:
+  struct Size {
+    std::uint32_t width, height;  // of the image, pixels
+    std::uint32_t scale;          // the layer has ceil(size / scale) pixels
+  };
+  CloudLayer(Device& device, Size size, Backend backend, std::uint32_t visible_capacity);
+
+  struct Inputs {
+    const Buffer& frame_constants;
+    const Buffer& particles;
+    const Buffer& visible;
+    const Buffer& draw_order;
+    const Buffer& lights;
+    const Buffer& counters;        // FrameCounters: visible_groups and draw are filled
+    const Image& sky_irradiance;
+    const GpuTables& tables;
+  };
+  void add(FrameBuilder& frame, const Inputs& inputs);
+
+  // At the image's resolution: premultiplied radiance and transmittance; metres to the first matter, +inf without.
+  const Image& color() const { return scale_ > 1 ? full_color_ : layer_color_; }
+  const Image& depth() const { return scale_ > 1 ? full_depth_ : layer_depth_; }
+
+ private:
+  void add_draw(FrameBuilder& frame, const Inputs& inputs);
+
+  Backend backend_;
+  std::uint32_t scale_;
+  bool noise_ready_ = false;
+  ComputeKernel detail_noise_kernel_, prepare_, clear_, resolve_, upscale_;
+  RasterPipeline draw_;
+  Buffer draw_particles_;
+  Image detail_noise_;
+  Image open_, extent_, committed_;  // blend state of the volume-aware backends
+  Image interlock_target_;           // a render pass needs an attachment
+  Image layer_color_, layer_depth_, full_color_, full_depth_;
+};
+
+}  // namespace nephele

@@ -1,0 +1,74 @@
+// Nephele, the public surface: a renderer of large cumulus skies.
+//
+//   auto device = nephele::Device::create(nephele::DeviceOptions::from_environment());
+//   auto tables = nephele::load_or_bake(parameters, nephele::default_cache_dir());
+//   auto renderer = nephele::Renderer::create(**device, *tables, scene, settings);
+//   (*renderer)->render(camera, time_s);
+//   auto pixels = (*renderer)->read_display();
+//
+// A renderer keeps no history: a frame depends on scene, camera and time alone. One thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/device.h"
+#include "engine/frame.h"
+#include "engine/result.h"
+#include "engine/scene.h"
+#include "lut/tables.h"
+#include "passes/cloud_layer.h"
+
+namespace nephele {
+
+// [Yusov14] Table 1: cells along a ring's side, rings, layers (here: above the base particle).
+enum class Quality : std::uint8_t { low, medium, high };
+
+struct RenderSettings {
+  std::uint32_t width = 1280, height = 720;  // 1 .. kMaxImageSide
+  Quality quality = Quality::medium;
+  std::uint32_t scale = 1;                   // the cloud layer has 1 / scale of the resolution: 1, 2 or 4
+  Backend backend = Backend::automatic;
+};
+inline constexpr std::uint32_t kMaxImageSide = 16384;
+
+struct FrameStats {
+  std::uint32_t particles_generated = 0;
+  std::uint32_t particles_visible = 0;
+  std::map<std::string, std::uint64_t> overflow;  // buffer -> items that found no room; all 0 in a good frame
+  std::vector<PassTime> passes;                   // GPU time by pass, in frame order
+  double frame_ms = 0;                            // wall time of the whole frame, recording included
+  double cpu_ms = 0;                              // of that: building and recording on the CPU
+  std::uint64_t gpu_memory_bytes = 0;
+  std::uint64_t fragments_shaded = 0;             // cloud fragments; 0 where the device can't count them
+  std::string backend;                            // the one in use
+};
+
+class Renderer {
+ public:
+  // Fails with one clear line when the device lacks the backend or the settings are out of range.
+  static Result<std::unique_ptr<Renderer>> create(Device& device, const Tables& tables, const Scene& scene,
+                                                  const RenderSettings& settings);
+  ~Renderer();
+
+  // Renders one frame and waits for it. The camera is in world space; time moves the clouds with the wind.
+  void render(const CameraState& camera, double time_s);
+
+  // Of the last frame, row by row from the top left.
+  std::vector<float> read_hdr();             // linear R G B A, before exposure and tone mapping; A = 1
+  std::vector<std::uint8_t> read_display();  // tone-mapped sRGB R G B A
+  std::vector<float> read_layers();          // R G B T Z: the cloud layer alone; Z = +inf without matter
+
+  const FrameStats& stats() const;
+  std::string describe_frame() const;        // the last frame's steps and barriers in words
+
+ private:
+  struct Implementation;
+  explicit Renderer(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace nephele

@@ -1,0 +1,120 @@
+// Shading of one particle along one ray: geometry, optical depth, light, as a segment to be blended.
+// The including shader declares: FrameConstants frame, sampler3D optical_depth_table, multiple_table, detail_noise.
+#ifndef NEPHELE_CLOUD_SHADE_GLSL
+#define NEPHELE_CLOUD_SHADE_GLSL
+
+#include "shared/blend.h"
+#include "shared/cloud_light.h"
+#include "shared/ellipsoid.h"
+#include "shared/scattering.h"
+#include "shared/types.h"
+#include "shared/world.h"
+#include "camera_rays.glsl"
+#include "tables.glsl"
+
+// Fine structure: tiling noise in the air's frame, two periods that never line up, value about 0..1.
+float detail_value(vec3 p_render) {
+  vec3 p = vec3(frame.camera_grid_m.xy, frame.camera_grid_m.z) + p_render;
+  float coarse = textureLod(detail_noise, p * (589.0 / kOriginUnitM), 0.0).x;
+  float fine = textureLod(detail_noise, p.yzx * (1812.0 / kOriginUnitM), 0.0).x;
+  return 0.65 * coarse + 0.35 * fine;
+}
+
+// Cuts [near_m, far_m] to what lies above the flat base and thins it near the base; false when nothing is left.
+bool cut_at_base(float base_m, vec3 direction, inout float near_m, inout float far_m, inout float thinning) {
+  float above_near = altitude_m(direction * near_m, frame.camera_grid_m.z) - base_m;
+  float above_far = altitude_m(direction * far_m, frame.camera_grid_m.z) - base_m;
+  if (max(above_near, above_far) <= 0.0) return false;
+  float slope = (above_far - above_near) / max(far_m - near_m, 1e-3);
+  if (above_near < 0.0) {
+    near_m -= above_near / slope;
+    above_near = 0.0;
+  } else if (above_far < 0.0) {
+    far_m = near_m - above_near / slope;
+    above_far = 0.0;
+  }
+  thinning = smoothstep(0.0, 50.0, 0.5 * (above_near + above_far));
+  return far_m > near_m;
+}
+
+// Source radiance at `at` (metres from the camera) of the segment of optical depth tau along the chord of half length h.
+vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit, float tau_chord, float matter_m) {
+  vec3 place = direction * at_m;
+  float mu = dot(frame.sun_direction, direction);  // light travels along -sun, towards the eye along -direction
+  float c = dot(entry, p.light_direction);
+  float tau_sun = clamp(p.tau_sun + dot(p.tau_gradient_per_m, place - p.center_m), 0.3 * p.tau_sun, 4.0 * p.tau_sun);
+
+  // Once: a homogeneous sphere whose density gives this chord its depth.
+  float sigma_ray = tau_chord / max(2.0 * h, 1e-3);
+  float self = single_scattering(c, h, mu_unit, sigma_ray) / max(opacity_of(tau_chord), 1e-6);
+  float once = phase_per_sr(frame.phase_function, mu, frame.phase_g) * self * exp(-tau_sun);
+
+  // More often, inside this particle.
+  float sigma = p.optical_radius;
+  float again = fetch_multiple(multiple_table, c, h, mu_unit, sigma, frame.phase_g) / max(opacity_of(2.0 * h * sigma), 1e-3);
+  again *= diffuse_transmission(tau_sun, frame.phase_g);
+
+  // More often, in the neighbours.
+  float tau_all = tau_sun - log(clamp(self, 1e-4, 1.0));
+  float around = diffuse_octaves(mu, frame.phase_g, tau_all);
+
+  // Sky and ground.
+  float altitude = altitude_m(place, frame.camera_grid_m.z);
+  float fill = 0.3 * frame.extinction_per_m;
+  float above = ambient_share_above(fill * max(p.top_m - altitude, 0.0), fill * max(altitude - p.base_m, 0.0), frame.phase_g);
+  vec3 ambient = mix(p.sky_down_radiance, p.sky_up_radiance, above);
+  return p.sun_irradiance * (once + again + around) + ambient;
+}
+
+// The particle's visible segment along the ray up to limit_m; false when there is none.
+bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegment segment) {
+  segment = blend_no_segment();
+  float along = dot(p.center_m, direction);
+  vec3 start = p.reference_from_render * (along * direction - p.center_m);
+  vec3 step = p.reference_from_render * direction;
+  float mid, half_chord;
+  if (!intersect_unit_sphere(start, step, mid, half_chord)) return false;
+  float chord_near = along + mid - half_chord;
+  float chord_far = along + mid + half_chord;
+  float near_m = max(chord_near, 0.0);
+  float far_m = min(chord_far, limit_m);
+  if (far_m <= near_m) return false;
+
+  vec3 closest = start + mid * step;
+  vec3 entry = normalize(closest - half_chord * step);
+  vec3 exit = normalize(closest + half_chord * step);
+  float h = min(half_chord * length(step), 1.0);
+  bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
+  vec2 matter = homogeneous ? vec2(1.0, 0.0) : fetch_optical_depth(optical_depth_table, entry, exit);
+  float tau_chord = matter.x * p.extinction_per_m * 2.0 * half_chord;
+  float matter_near = chord_near + matter.y * 2.0 * half_chord;
+  float density = tau_chord / max(chord_far - matter_near, 1e-3 * half_chord);
+  near_m = max(near_m, matter_near);
+  float thinning = 1.0;
+  if (far_m <= near_m || density <= 0.0) return false;
+  if (p.base_m > -1e29 && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
+  density *= thinning;
+
+  float color_detail = 1.0;
+  float tau = density * (far_m - near_m);
+  if ((p.flags & kParticleDetail) != 0u) {
+    float m = detail_value(direction * near_m);
+    density *= mix(1.0, clamp(2.2 * m - 0.1, 0.0, 2.0), exp(-0.1 * tau));
+    color_detail = mix(1.0, 0.55 + 0.9 * m, 0.25);
+  }
+  if (density * (far_m - near_m) < 1e-4) return false;
+
+  segment.extinction_per_m = density;
+  segment.near_m = near_m;
+  segment.far_m = far_m;
+  if ((p.flags & kParticleEmissive) != 0u) {
+    segment.radiance = p.radiance_per_sr;
+    return true;
+  }
+  float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
+  float mu_unit = dot(p.light_direction, -normalize(step));
+  segment.radiance = color_detail * source_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord, far_m - near_m);
+  return true;
+}
+
+#endif

@@ -1,0 +1,51 @@
+// The cloud layer from its low resolution to the image's: the four nearest low-resolution pixels, weighted by distance
+// and by how well the scene behind them (ground or sky) agrees with that behind the full-resolution pixel, so that
+// neither cloud nor sky bleeds across the horizon or an object's edge.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "shared/types.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+layout(set = 0, binding = 1) uniform sampler2D layer_color;
+layout(set = 0, binding = 2) uniform sampler2D layer_depth;
+layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D full_color;
+layout(set = 0, binding = 4, r32f) writeonly uniform image2D full_depth;
+
+#include "camera_rays.glsl"
+
+float behind_m(vec2 pixel_center) {
+  return ground_distance_m(pixel_direction(pixel_center, frame.image_size_px));
+}
+
+void main() {
+  const uvec2 pixel = gl_GlobalInvocationID.xy;
+  if (any(greaterThanEqual(pixel, frame.image_size_px))) return;
+  const float scale = float(frame.scale);
+  const vec2 center = vec2(pixel) + 0.5;
+  const vec2 low = center / scale - 0.5;
+  const ivec2 corner = ivec2(floor(low));
+  const vec2 f = low - vec2(corner);
+  const float own = log(min(behind_m(center), 1e7));
+
+  vec4 color = vec4(0.0);
+  float weights = 0.0, depth_weights = 0.0, inverse_depth = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    const ivec2 offset = ivec2(i & 1, i >> 1);
+    const ivec2 at = clamp(corner + offset, ivec2(0), ivec2(frame.layer_size_px) - 1);
+    const float bilinear = (offset.x == 1 ? f.x : 1.0 - f.x) * (offset.y == 1 ? f.y : 1.0 - f.y);
+    const float other = log(min(behind_m((vec2(at) + 0.5) * scale), 1e7));
+    const float weight = (bilinear + 1e-4) * exp(-8.0 * min(abs(own - other), 4.0));
+    const vec4 texel = texelFetch(layer_color, at, 0);
+    const float first = texelFetch(layer_depth, at, 0).x;
+    color += weight * texel;
+    weights += weight;
+    if (!isinf(first)) {  // inverse distances: near matter decides, as in perspective
+      inverse_depth += weight * (1.0 - texel.a) / first;
+      depth_weights += weight * (1.0 - texel.a);
+    }
+  }
+  imageStore(full_color, ivec2(pixel), color / weights);
+  imageStore(full_depth, ivec2(pixel), vec4(inverse_depth > 0.0 ? depth_weights / inverse_depth : uintBitsToFloat(0x7f800000u)));
+}

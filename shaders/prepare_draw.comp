@@ -1,0 +1,57 @@
+// Gathers what shading needs of each visible particle, in drawing order, and evaluates once a particle what is the
+// same for all its pixels: the map into reference space, the sun's direction there, the sky's light.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "shared/cloud_light.h"
+#include "shared/ellipsoid.h"
+#include "shared/types.h"
+#include "shared/world.h"
+#include "atmosphere.glsl"
+
+layout(local_size_x = 64) in;
+layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+layout(scalar, set = 0, binding = 1) readonly buffer Particles { Particle particles[]; };
+layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
+layout(scalar, set = 0, binding = 3) readonly buffer DrawOrder { uint draw_order[]; };
+layout(scalar, set = 0, binding = 4) readonly buffer Lights { ParticleLight lights[]; };
+layout(scalar, set = 0, binding = 5) readonly buffer Counters { FrameCounters counters; };
+layout(scalar, set = 0, binding = 6) writeonly buffer DrawParticles { DrawParticle draw_particles[]; };
+layout(set = 0, binding = 7) uniform sampler2D sky_irradiance;
+layout(push_constant, scalar) uniform Push { float mean_fill; };
+
+void main() {
+  const uint i = gl_GlobalInvocationID.x;
+  if (i >= counters.visible_count) return;
+  const uint slot = draw_order[i];
+  const Particle p = particles[visible[slot]];
+  const ParticleLight light = lights[slot];
+  const bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
+
+  DrawParticle d;
+  const vec4 orientation = unpack_orientation(p.orientation);
+  for (int axis = 0; axis < 3; ++axis) {
+    vec3 e = vec3(0.0);
+    e[axis] = 1.0;
+    d.reference_from_render[axis] = quaternion_rotate_inverse(orientation, local_from_render(e, p.yaw_rad) / p.radius_m);
+  }
+  d.center_m = p.center_m;
+  d.extinction_per_m = p.extinction_per_m;
+  d.light_direction = normalize(d.reference_from_render * -frame.sun_direction);
+  const float mean_radius_m = pow(p.radius_m.x * p.radius_m.y * p.radius_m.z, 1.0 / 3.0);
+  d.optical_radius = p.extinction_per_m * mean_radius_m * (homogeneous ? 1.0 : mean_fill * kNeighbourhood);
+  d.sun_irradiance = light.sun_irradiance;
+  d.tau_sun = light.tau_smooth;
+  d.tau_gradient_per_m = light.tau_gradient_per_m;
+  d.base_m = p.base_m;
+  d.top_m = p.top_m;
+  d.flags = p.flags;
+  d.radiance_per_sr = p.radiance_per_sr;
+  d.optical_radius_vertical = p.extinction_per_m * p.radius_m.z;
+  vec3 from_above, from_below;
+  sky_irradiance_at(sky_irradiance, frame, altitude_m(p.center_m, frame.camera_grid_m.z),
+                    sun_cos_zenith_at(p.center_m, frame), from_above, from_below);
+  d.sky_up_radiance = from_above / kPi;
+  d.sky_down_radiance = from_below / kPi;
+  draw_particles[i] = d;
+}
