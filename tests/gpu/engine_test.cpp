@@ -7,6 +7,7 @@
 #include "tests/support/test_device.h"
 
 using namespace nephele;
+using nephele::test::test_device;
 
 TEST_CASE("buffers start as zeros and keep what is written") {
   Buffer buffer(test_device(), "buffer", 64);

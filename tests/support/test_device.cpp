@@ -1,12 +1,31 @@
 #include "tests/support/test_device.h"
 
-#include "engine/check.h"
+#include <doctest/doctest.h>
 
-nephele::Device& test_device() {
-  static const std::unique_ptr<nephele::Device> device = [] {
-    auto created = nephele::Device::create(nephele::DeviceOptions::from_environment());
-    NEPHELE_CHECK(created, created ? "" : created.error().message);
-    return std::move(*created);
-  }();
+#include <memory>
+
+namespace nephele::test {
+namespace {
+
+std::unique_ptr<Device>& device_slot() {
+  static std::unique_ptr<Device> device;
+  return device;
+}
+
+}  // namespace
+
+Device& test_device() {
+  std::unique_ptr<Device>& device = device_slot();
+  if (!device) {
+    Result<std::unique_ptr<Device>> made = Device::create(DeviceOptions::from_environment());
+    if (!made) FAIL("no Vulkan device: " << made.error().message);
+    device = std::move(*made);
+  }
   return *device;
 }
+
+void release_test_device() {
+  device_slot().reset();
+}
+
+}  // namespace nephele::test

@@ -1,7 +1,14 @@
-// The one device that a test executable uses. No device is a failure, not a skip.
+// The one device that a test executable uses.
 #pragma once
 
 #include "engine/device.h"
 
-// Made at first use; NEPHELE_VALIDATION=1 turns validation on. Ends the program when there is none.
-nephele::Device& test_device();
+namespace nephele::test {
+
+// Made at the first call, with validation where NEPHELE_VALIDATION says so. No usable device fails the test.
+Device& test_device();
+
+// Destroys it; called by main before it counts validation messages.
+void release_test_device();
+
+}  // namespace nephele::test

@@ -1,0 +1,39 @@
+// Images on disk: 8-bit PNG of what a screen shows, float32 OpenEXR of linear data. The same pixels give the same
+// bytes (no dates, no host names), and files appear complete or not at all (atomic_file.h).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/result.h"
+
+namespace nephele {
+
+inline constexpr std::uint32_t kMaxImageSidePx = 16384;
+
+// Rows from the top, channels interleaved: data[(y * width + x) * channels.size() + channel].
+struct ImageF {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::string> channels;  // e.g. R G B, or R G B T Z
+  std::vector<float> data;
+
+  std::optional<std::size_t> channel_index(std::string_view name) const;
+  float at(std::uint32_t x, std::uint32_t y, std::size_t channel) const {
+    return data[(std::size_t{y} * width + x) * channels.size() + channel];
+  }
+};
+
+// Tone-mapped sRGB bytes, 4 a pixel; alpha is dropped.
+Result<void> write_png(const std::string& path, std::uint32_t width, std::uint32_t height,
+                       std::span<const std::uint8_t> rgba);
+
+Result<void> write_exr(const std::string& path, const ImageF& image);
+
+// All channels of the data window as float32, in the file's own order (alphabetical): look them up by name.
+Result<ImageF> read_exr(const std::string& path);
+
+}  // namespace nephele

@@ -1,0 +1,142 @@
+#include "engine/image_io.h"
+
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+#include <cstring>
+#include <filesystem>
+#include <limits>
+
+#include "engine/atomic_file.h"
+#include "tests/support/support.h"
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+using namespace nephele;
+
+namespace {
+
+ImageF ramp(std::uint32_t width, std::uint32_t height, std::vector<std::string> channels) {
+  ImageF image{width, height, std::move(channels), {}};
+  for (std::size_t i = 0; i < std::size_t{width} * height * image.channels.size(); ++i)
+    image.data.push_back(static_cast<float>(i) * 0.37f - 3.0f);
+  return image;
+}
+
+void ok(const Result<void>& result) {
+  if (!result) FAIL(result.error().message);
+}
+
+}  // namespace
+
+TEST_CASE("image: EXR keeps every float bit, found again by channel name") {
+  const test::TempDirectory directory;
+  const std::string path = directory / "layers.exr";
+  ImageF written = ramp(7, 5, {"R", "G", "B", "T", "Z"});
+  written.data[4] = std::numeric_limits<float>::infinity();
+  written.data[9] = std::numeric_limits<float>::denorm_min();
+  written.data[14] = -0.0f;
+  written.data[19] = std::numeric_limits<float>::max();
+  ok(write_exr(path, written));
+  const Result<ImageF> read = read_exr(path);
+  if (!read) FAIL(read.error().message);
+  CHECK(read->width == 7);
+  CHECK(read->height == 5);
+  REQUIRE(read->channels.size() == 5);
+  CHECK_FALSE(read->channel_index("A").has_value());
+  for (std::size_t c = 0; c < written.channels.size(); ++c) {
+    const auto index = read->channel_index(written.channels[c]);
+    REQUIRE(index.has_value());
+    for (std::uint32_t y = 0; y < 5; ++y)
+      for (std::uint32_t x = 0; x < 7; ++x) {
+        const float a = written.at(x, y, c), b = read->at(x, y, *index);
+        CHECK(std::memcmp(&a, &b, sizeof a) == 0);
+      }
+  }
+}
+
+TEST_CASE("image: the same pixels give the same bytes, and nothing else is left in the directory") {
+  const test::TempDirectory directory;
+  const ImageF image = ramp(64, 33, {"R", "G", "B"});
+  ok(write_exr(directory / "a.exr", image));
+  ok(write_exr(directory / "b.exr", image));
+  CHECK(test::read_file(directory / "a.exr") == test::read_file(directory / "b.exr"));
+  const std::vector<std::uint8_t> pixels(64 * 33 * 4, 77);
+  ok(write_png(directory / "a.png", 64, 33, pixels));
+  ok(write_png(directory / "b.png", 64, 33, pixels));
+  CHECK(test::read_file(directory / "a.png") == test::read_file(directory / "b.png"));
+  CHECK(directory.entries() == std::vector<std::string>{"a.exr", "a.png", "b.exr", "b.png"});
+}
+
+TEST_CASE("image: PNG holds the bytes it was given, alpha dropped") {
+  const test::TempDirectory directory;
+  std::vector<std::uint8_t> rgba;
+  for (int i = 0; i < 5 * 3 * 4; ++i) rgba.push_back(static_cast<std::uint8_t>(i * 37));
+  ok(write_png(directory / "x.png", 5, 3, rgba));
+  int width = 0, height = 0, channels = 0;
+  unsigned char* pixels = stbi_load((directory / "x.png").c_str(), &width, &height, &channels, 0);
+  REQUIRE(pixels != nullptr);
+  CHECK(width == 5);
+  CHECK(height == 3);
+  REQUIRE(channels == 3);
+  for (int i = 0; i < 15; ++i)
+    for (int c = 0; c < 3; ++c) CHECK(pixels[3 * i + c] == rgba[static_cast<std::size_t>(4 * i + c)]);
+  stbi_image_free(pixels);
+}
+
+TEST_CASE("image: a damaged, truncated or foreign EXR is an error on one line") {
+  const test::TempDirectory directory;
+  ok(write_exr(directory / "whole.exr", ramp(16, 40, {"R", "G", "B"})));
+  const std::string whole = test::read_file(directory / "whole.exr");
+  std::vector<std::string> files{"", "not an image\n", whole.substr(0, whole.size() - 1)};
+  for (std::size_t length = 1; length < whole.size(); length += 97) files.push_back(whole.substr(0, length));
+  for (const std::string& text : files) {
+    test::write_file(directory / "bad.exr", text);
+    const Result<ImageF> read = read_exr(directory / "bad.exr");
+    REQUIRE_FALSE(read);
+    CHECK(read.error().message.starts_with(directory / "bad.exr" + ": can't be read as an OpenEXR image: "));
+    CHECK(read.error().message.find('\n') == std::string::npos);
+  }
+  CHECK_FALSE(read_exr(directory / "missing.exr"));
+}
+
+TEST_CASE("atomic file: replaces an old file, with the permissions of any new file") {
+  const test::TempDirectory directory;
+  test::write_file(directory / "plain", "old");
+  const std::string path = directory / "new";
+  ok(write_file_atomically(path, std::string_view("first")));
+  ok(write_file_atomically(path, std::string_view("second")));
+  CHECK(test::read_file(path) == "second");
+  CHECK(std::filesystem::status(path).permissions() == std::filesystem::status(directory / "plain").permissions());
+}
+
+TEST_CASE("atomic file: a symbolic link stays one") {
+  const test::TempDirectory directory;
+  test::write_file(directory / "target", "old");
+  std::filesystem::create_symlink(directory / "target", directory / "link");
+  ok(write_file_atomically(directory / "link", std::string_view("new")));
+  CHECK(std::filesystem::is_symlink(directory / "link"));
+  CHECK(test::read_file(directory / "target") == "new");
+}
+
+TEST_CASE("atomic file: what can't be written is said beforehand, and nothing is left") {
+  const test::TempDirectory directory;
+  test::write_file(directory / "file", "x");
+  REQUIRE(::mkfifo((directory / "pipe").c_str(), 0600) == 0);
+  for (const std::string& path : {std::string(), directory.path().string(), directory / "none/x.png",
+                                  directory / "file/x.png", directory / "pipe", std::string("/dev/null")}) {
+    CAPTURE(path);
+    CHECK_FALSE(check_writable(path));
+    CHECK_FALSE(write_file_atomically(path, std::string_view("y")));
+  }
+  CHECK(check_writable(directory / "file"));
+  CHECK(test::read_file(directory / "file") == "x");
+  CHECK(check_writable(directory / "fresh"));
+  CHECK(directory.entries() == std::vector<std::string>{"file", "pipe"});
+}
