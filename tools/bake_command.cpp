@@ -1,0 +1,98 @@
+// nephele bake: the tables, to the cache or to a directory.
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/atomic_file.h"
+#include "lut/tables.h"
+#include "shared/phase.h"
+#include "tools/command.h"
+#include "tools/options.h"
+#include "tools/progress.h"
+
+namespace nephele::tools {
+namespace {
+
+// As typed; what isn't given is the preset's.
+struct BakeOptions {
+  std::string out, stats, preset = "default", phase, optical_depth_size, scattering_size;
+  std::optional<double> g_single, g_multiple, residual;
+  bool quiet = false;
+};
+
+Result<TableParameters> table_parameters(const BakeOptions& options) {
+  Result<TableParameters> preset = TableParameters::preset(options.preset);
+  if (!preset) return preset;
+  TableParameters parameters = *preset;
+  if (!options.phase.empty())
+    parameters.phase_function = options.phase == "cs" ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
+  parameters.g_single = options.g_single.value_or(parameters.g_single);
+  parameters.g_multiple = options.g_multiple.value_or(parameters.g_multiple);
+  parameters.residual = options.residual.value_or(parameters.residual);
+  if (!options.optical_depth_size.empty()) {
+    const auto axes = parse_axes("--size-optical-depth", options.optical_depth_size, 1);
+    if (!axes) return axes.error();
+    parameters.optical_depth_size = (*axes)[0];
+  }
+  if (!options.scattering_size.empty()) {
+    const auto axes = parse_axes("--size-scattering", options.scattering_size, 3);
+    if (!axes) return axes.error();
+    parameters.scattering_cosines = (*axes)[0];
+    parameters.scattering_chords = (*axes)[1];
+    parameters.scattering_densities = (*axes)[2];
+  }
+  if (const auto valid = parameters.validate(); !valid) return valid.error();
+  return parameters;
+}
+
+nlohmann::ordered_json describe(const Table& table) {
+  return {{"name", table.name},
+          {"shape", table.array.shape},
+          {"bytes", table.array.data.size()},
+          {"metadata", nlohmann::ordered_json::parse(table.metadata)}};
+}
+
+Result<void> run_bake(const BakeOptions& options) {
+  const Result<TableParameters> parameters = table_parameters(options);
+  if (!parameters) return parameters.error();
+  if (!options.stats.empty())
+    if (auto writable = check_writable(options.stats); !writable) return writable;
+
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress(options.quiet);
+  const auto show = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); };
+  const Result<Tables> tables = options.out.empty() ? load_or_bake(*parameters, default_cache_dir(), show)
+                                                    : bake_to(options.out, *parameters, show);
+  if (!tables) return tables.error();
+  if (options.stats.empty()) return {};
+
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  const nlohmann::ordered_json stats{
+      {"seconds", seconds.count()},
+      {"tables", {describe(tables->optical_depth), describe(tables->multiple_scattering)}},
+  };
+  return write_file_atomically(options.stats, stats.dump(2) + '\n');
+}
+
+}  // namespace
+
+Command add_bake_command(CLI::App& program) {
+  CLI::App* app = program.add_subcommand("bake", "Bake the scattering and optical-depth tables");
+  const auto options = std::make_shared<BakeOptions>();
+  app->add_option("--out", options->out, "Directory for the tables; without it, the cache");
+  app->add_option("--preset", options->preset, "Sizes and accuracy to start from: default or fast")
+      ->check(CLI::IsMember({"default", "fast"}))
+      ->capture_default_str();
+  app->add_option("--phase", options->phase, "Phase function: hg (Henyey-Greenstein) or cs (Cornette-Shanks)")
+      ->check(CLI::IsMember({"hg", "cs"}));
+  app->add_option("--g-single", options->g_single, "Asymmetry of single scattering");
+  app->add_option("--g-multiple", options->g_multiple, "Asymmetry of the orders from the second on");
+  app->add_option("--residual", options->residual, "Relative residual at which a solution counts as converged");
+  app->add_option("--size-optical-depth", options->optical_depth_size, "Vertices along a side of each octahedral map");
+  app->add_option("--size-scattering", options->scattering_size, "COSINESxCHORDSxDENSITIES");
+  app->add_option("--stats", options->stats, "Seconds, sizes and every parameter: .json");
+  app->add_flag("--quiet", options->quiet, "No progress bar");
+  return {app, [options] { return run_bake(*options); }};
+}
+
+}  // namespace nephele::tools

@@ -1,0 +1,87 @@
+#include "tools/render_stats.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "engine/check.h"
+
+namespace nephele::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Median over the frames of each pass's time, in the last frame's order.
+ordered_json pass_times(const std::vector<FrameStats>& frames) {
+  std::map<std::string, std::vector<double>> times;
+  for (const FrameStats& frame : frames)
+    for (const PassTime& pass : frame.passes) times[pass.name].push_back(pass.gpu_ms);
+  ordered_json passes = ordered_json::array();
+  for (const PassTime& pass : frames.back().passes)
+    passes.push_back({{"name", pass.name}, {"ms", percentiles(times[pass.name]).median}});
+  return passes;
+}
+
+ordered_json worst_overflow(const std::vector<FrameStats>& frames) {
+  std::map<std::string, std::uint64_t> worst;
+  for (const FrameStats& frame : frames)
+    for (const auto& [buffer, lost] : frame.overflow) worst[buffer] = std::max(worst[buffer], lost);
+  return worst;
+}
+
+}  // namespace
+
+Percentiles percentiles(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const std::size_t count = values.size();
+  const auto rank95 = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(count)));
+  return {.median = 0.5 * (values[(count - 1) / 2] + values[count / 2]), .p95 = values[rank95 - 1], .min = values[0]};
+}
+
+const char* quality_name(Quality quality) {
+  switch (quality) {
+    case Quality::low:
+      return "low";
+    case Quality::medium:
+      return "medium";
+    case Quality::high:
+      return "high";
+  }
+  return "?";
+}
+
+std::string render_stats_json(const DeviceInfo& device, const RenderSettings& settings,
+                              const std::vector<FrameStats>& frames) {
+  NEPHELE_CHECK(!frames.empty());
+  const FrameStats& last = frames.back();
+  std::vector<double> frame_ms, cpu_ms;
+  for (const FrameStats& frame : frames) {
+    frame_ms.push_back(frame.frame_ms);
+    cpu_ms.push_back(frame.cpu_ms);
+  }
+  const Percentiles times = percentiles(frame_ms);
+  const ordered_json stats{
+      {"device", device.name},
+      {"driver", device.driver},
+      {"width", settings.width},
+      {"height", settings.height},
+      {"scale", settings.scale},
+      {"quality", quality_name(settings.quality)},
+      {"backend", last.backend},
+      {"blend", last.backend == backend_name(Backend::alpha) ? "alpha" : "volume"},
+      {"particles_generated", last.particles_generated},
+      {"particles_visible", last.particles_visible},
+      {"overflow", worst_overflow(frames)},
+      {"frames", frames.size()},
+      {"frame_ms", {{"median", times.median}, {"p95", times.p95}, {"min", times.min}}},
+      {"cpu_ms", percentiles(cpu_ms).median},
+      {"passes", pass_times(frames)},
+      {"gpu_memory_bytes", last.gpu_memory_bytes},
+      {"fragments_shaded", last.fragments_shaded},
+  };
+  return stats.dump(2) + '\n';
+}
+
+}  // namespace nephele::tools

@@ -1,0 +1,25 @@
+// What `render --stats` reports: the frames' times and work, as JSON.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/device.h"
+#include "passes/nephele.h"
+
+namespace nephele::tools {
+
+struct Percentiles {
+  double median = 0, p95 = 0, min = 0;
+};
+// Nearest-rank percentiles (the median of an even count is the mean of the middle two); zeros for no values.
+Percentiles percentiles(std::vector<double> values);
+
+const char* quality_name(Quality quality);
+
+// Times over all timed frames (median, for passes and cpu_ms); overflow is the worst frame's, other counts the last
+// one's.
+std::string render_stats_json(const DeviceInfo& device, const RenderSettings& settings,
+                              const std::vector<FrameStats>& frames);
+
+}  // namespace nephele::tools

@@ -1,0 +1,18 @@
+// The baked tables that a scene needs.
+#pragma once
+
+#include <string>
+
+#include "engine/result.h"
+#include "engine/scene.h"
+#include "lut/tables.h"
+
+namespace nephele::tools {
+
+// Every order of scattering has the scene's phase function: that is what the path-traced truth has, too.
+TableParameters table_parameters(const Scene& scene);
+
+// From the cache, or baked into it with a progress bar.
+Result<Tables> tables_for_scene(const Scene& scene, bool quiet);
+
+}  // namespace nephele::tools
