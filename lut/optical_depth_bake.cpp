@@ -1,0 +1,125 @@
+// Optical depth of the noisy reference particle over all chords of the unit sphere ([Yusov14] 4.1, 5.1). Deviates from
+// the paper's angles: chords are addressed by entry and exit point (shared/table_axes.h).
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "lut/bake.h"
+#include "lut/parallel.h"
+#include "shared/hash.h"
+#include "shared/reference_particle.h"
+#include "shared/table_axes.h"
+
+namespace nephele {
+
+using shared::vec2;
+using shared::vec3;
+
+ReferenceParticle::ReferenceParticle(std::uint32_t seed) : density_(std::size_t{kSize} * kSize * kSize) {
+  parallel_for(kSize, [&](int z) {
+    const auto place = [](int i) { return 2.0f * static_cast<float>(i) / (kSize - 1) - 1.0f; };
+    float* out = &density_[static_cast<std::size_t>(z) * kSize * kSize];
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) *out++ = shared::reference_particle_density(vec3(place(x), place(y), place(z)), seed);
+  });
+}
+
+float ReferenceParticle::density(const vec3& p) const {
+  const auto split = [](float x, int& cell, float& f) {
+    const float at = std::clamp((x * 0.5f + 0.5f) * (kSize - 1), 0.0f, kSize - 1.001f);
+    cell = static_cast<int>(at);
+    f = at - static_cast<float>(cell);
+  };
+  int x, y, z;
+  float fx, fy, fz;
+  split(p.x, x, fx);
+  split(p.y, y, fy);
+  split(p.z, z, fz);
+  const float* d = &density_[(static_cast<std::size_t>(z) * kSize + y) * kSize + x];
+  const auto row = [&](const float* r) { return r[0] + fx * (r[1] - r[0]); };
+  const auto plane = [&](const float* s) { return row(s) + fy * (row(s + kSize) - row(s)); };
+  return plane(d) + fz * (plane(d + kSize * kSize) - plane(d));
+}
+
+double ReferenceParticle::mean_fill() const {
+  // Vertices inside the sphere, all of equal weight.
+  double sum = 0;
+  std::size_t inside = 0, i = 0;
+  for (int z = 0; z < kSize; ++z)
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x, ++i) {
+        const double px = 2.0 * x / (kSize - 1) - 1, py = 2.0 * y / (kSize - 1) - 1, pz = 2.0 * z / (kSize - 1) - 1;
+        if (px * px + py * py + pz * pz >= 1) continue;
+        sum += density_[i];
+        ++inside;
+      }
+  return sum / static_cast<double>(inside);
+}
+
+ChordStatistics ReferenceParticle::chord(const vec3& entry, const vec3& exit) const {
+  const vec3 span = exit - entry;
+  const int steps = 4 + static_cast<int>(length(span) * kStepsPerRadius);
+  ChordStatistics chord;
+  float before = 0;
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    const float d = density(entry + span * ((static_cast<float>(i) + 0.5f) / static_cast<float>(steps)));
+    sum += d;
+    if (d > shared::kFirstMatterDensity) {
+      const float crossing = (shared::kFirstMatterDensity - before) / std::max(d - before, 1e-6f);
+      if (chord.first == 1.0f) chord.first = std::max(0.0f, static_cast<float>(i) - 0.5f + std::max(0.0f, crossing)) / static_cast<float>(steps);
+      chord.last = std::min(1.0f, (static_cast<float>(i) + 1.0f) / static_cast<float>(steps));
+    }
+    before = d;
+  }
+  chord.mean = static_cast<float>(sum / steps);
+  return chord;
+}
+
+NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n, const std::function<void(double)>& progress) {
+  NpyArray array;
+  array.type = ElementType::uint8;
+  array.shape = {static_cast<std::size_t>(n) * n, static_cast<std::size_t>(n), static_cast<std::size_t>(n), 2};
+  array.data.resize(array.count());
+  const int vertices = n * n;
+  std::vector<vec3> points(vertices);
+  for (int i = 0; i < vertices; ++i)
+    points[i] = shared::octahedral_decode(
+        vec2(static_cast<float>(i % n) / static_cast<float>(n - 1), static_cast<float>(i / n) / static_cast<float>(n - 1)));
+  // First matter jumps where a chord begins to miss a lobe. Averaged over the chords that a vertex stands for (both ends
+  // moved within about half a cell) it varies smoothly from vertex to vertex.
+  const float spread = 1.0f / static_cast<float>(n - 1);
+  const auto moved = [&](const vec3& p, std::uint32_t hash) {
+    std::uint32_t state = hash;
+    const float x = shared::uniform_float(state, -1, 1), y = shared::uniform_float(state, -1, 1), z = shared::uniform_float(state, -1, 1);
+    return normalize(p + spread * vec3(x, y, z));
+  };
+  const auto store = [&](int s, int e, float mean, float first) {
+    const auto quantize = [](float x) { return static_cast<std::byte>(std::lround(std::clamp(x, 0.0f, 1.0f) * 255.0f)); };
+    std::byte* texel = &array.data[(static_cast<std::size_t>(s) * vertices + e) * 2];
+    texel[0] = quantize(mean);
+    texel[1] = quantize(first);
+  };
+  std::atomic<int> done{0};
+  parallel_for(vertices, [&](int task) {
+    // Long and short rows alternate, so that the threads end together. A chord serves both directions.
+    const int s = task % 2 == 0 ? task / 2 : vertices - 1 - task / 2;
+    for (int e = 0; e <= s; ++e) {
+      const ChordStatistics center = particle.chord(points[s], points[e]);
+      float first = center.first, last = center.last;
+      for (int k = 1; k < kFirstMatterChords; ++k) {
+        const std::uint32_t h = shared::hash_uvec3(shared::uvec3(s, e, k), 0);
+        const ChordStatistics near = particle.chord(moved(points[s], h), moved(points[e], h + 0x9e3779b9u));
+        first += near.first;
+        last += near.last;
+      }
+      store(s, e, center.mean, first / kFirstMatterChords);
+      store(e, s, center.mean, 1.0f - last / kFirstMatterChords);
+    }
+    const int count = done.fetch_add(1) + 1;
+    if (progress && count % 16 == 0) progress(static_cast<double>(count) / vertices);
+  });
+  return array;
+}
+
+}  // namespace nephele

@@ -1,0 +1,494 @@
+#include "lut/sphere_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "lut/gmres.h"
+#include "lut/parallel.h"
+#include "lut/quadrature.h"
+#include "lut/sphere_kernels.h"
+#include "shared/phase.h"
+
+namespace nephele {
+
+namespace {
+
+constexpr double kTau = 6.283185307179586476925286766559;
+constexpr double kHalfTau = kTau / 2;
+
+double phase_per_sr(const SphereProblem& problem, double mu) {
+  return shared::phase_per_sr(problem.phase_function, static_cast<float>(mu), static_cast<float>(problem.g));
+}
+
+// Four Lagrange weights at place x between nodes 0..3.
+void cubic_weights(double x, double* w) {
+  w[0] = -(x - 1) * (x - 2) * (x - 3) / 6;
+  w[1] = x * (x - 2) * (x - 3) / 2;
+  w[2] = -x * (x - 1) * (x - 3) / 2;
+  w[3] = x * (x - 1) * (x - 2) / 6;
+}
+
+// Radii from the surface inwards, r(u) = 1 - sinh(kappa u) / sinh(kappa): the first interval is a small part of a mean
+// free path, because J varies like x log x under the surface.
+class RadialAxis {
+ public:
+  RadialAxis(int nodes, double sigma) : last_(nodes - 1) {
+    const double first = 0.04 / sigma;
+    double low = 1e-3, high = 30;
+    if (first < 1.0 / last_) {
+      for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        (std::sinh(middle / last_) / std::sinh(middle) > first ? low : high) = middle;
+      }
+    } else {
+      low = 1e-3;
+    }
+    kappa_ = low;
+    sinh_kappa_ = std::sinh(kappa_);
+  }
+  double radius(int i) const { return i == last_ ? 0.0 : 1 - std::sinh(kappa_ * i / last_) / sinh_kappa_; }
+  double index(double r) const { return std::asinh(std::max(0.0, 1 - r) * sinh_kappa_) / kappa_ * last_; }
+
+ private:
+  int last_;
+  double kappa_, sinh_kappa_;
+};
+
+// Polar angles between direction and light, graded towards the phase function's peaks.
+class PolarAxis {
+ public:
+  PolarAxis(int nodes, double g) : last_(nodes - 1), symmetric_(g < 0) {
+    const double first = std::max(0.02, 0.5 * (1 - std::abs(g)));
+    if (symmetric_) {
+      strength_ = std::clamp(1 - first * last_ / kHalfTau, 0.0, 0.75);
+      return;
+    }
+    double low = 1e-3, high = 6;
+    if (first < kHalfTau / last_) {
+      for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        (kHalfTau * std::sinh(middle / last_) / std::sinh(middle) > first ? low : high) = middle;
+      }
+    }
+    strength_ = low;
+  }
+  // Angle at node coordinate i in [0, last], its derivative, and the inverse.
+  double angle(double i) const {
+    const double u = i / last_;
+    return symmetric_ ? kHalfTau * u - strength_ * 0.5 * std::sin(kTau * u)
+                      : kHalfTau * std::sinh(strength_ * u) / std::sinh(strength_);
+  }
+  double derivative(double i) const {
+    const double u = i / last_;
+    return (symmetric_ ? kHalfTau * (1 - strength_ * std::cos(kTau * u))
+                       : kHalfTau * strength_ * std::cosh(strength_ * u) / std::sinh(strength_)) /
+           last_;
+  }
+  double index(double angle) const {
+    if (!symmetric_) return std::asinh(angle / kHalfTau * std::sinh(strength_)) / strength_ * last_;
+    double low = 0, high = last_;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (this->angle(middle) < angle ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+  }
+  int last() const { return last_; }
+
+ private:
+  int last_;
+  bool symmetric_;
+  double strength_ = 0;
+};
+
+constexpr int kRefine = 3;  // fine polar nodes per coarse interval: they resolve the horizon's kink
+
+}  // namespace
+
+struct SphereSolution::State {
+  State(const SphereProblem& p, const SphereGrid& g);
+
+  // Indices. J: [polar][radius][theta][mode]; slices carry a ghost row on either side of theta.
+  std::size_t slice_floats() const { return static_cast<std::size_t>(grid.radii) * (grid.thetas + 2) * grid.modes; }
+  std::size_t size() const { return static_cast<std::size_t>(grid.polars) * grid.radii * grid.thetas * grid.modes; }
+  double theta(int j) const { return kHalfTau * j / (grid.thetas - 1); }
+
+  void build_rays();
+  void build_opacity_modes();
+  void build_phase_matrices();
+  std::vector<float> second_order_source();
+  void apply(const float* source, float* scattered);
+  void fill_slice(const float* source, int polar, float* slice) const;
+  RayPoint locate(double x, double y, double z, double azimuth) const;
+  void scatter_cell(int cell, const float* fine_lambda, const std::vector<float>& matrix, float* scattered) const;
+
+  SphereProblem problem;
+  SphereGrid grid;
+  RadialAxis radial;
+  PolarAxis polar;
+  int fine_polars;
+  ExponentialRules ray_rules, gather_rules;
+  CosineTable cosines;
+  std::vector<RayPoint> rays;          // [polar][radius][theta][azimuth][point]
+  std::vector<float> opacity_modes;    // [radius][theta][fine polar][2 modes]: of 1 - exp(-T)
+  std::vector<float> phase_matrix;     // [polar][fine polar][mode]
+  std::vector<float> beam_matrix;      // the same, with the beam's phase function inside the integral
+  std::vector<float> lambda;           // [radius][theta][polar][mode], scratch
+  std::vector<float> slices;           // J with ghosts: [polar][radius][theta + 2][mode]
+  int applications = 0;
+  double residual = 0;
+};
+
+SphereSolution::State::State(const SphereProblem& p, const SphereGrid& g)
+    : problem(p),
+      grid(g),
+      radial(g.radii, p.sigma),
+      polar(g.polars, p.g),
+      fine_polars((g.polars - 1) * kRefine + 1),
+      ray_rules(g.ray_points),
+      gather_rules(16),
+      cosines(g.modes) {
+  lambda.resize(size());
+  slices.resize(slice_floats() * grid.polars);
+}
+
+// Distance from p = (r, at angle with cosine `cosine` to the direction) backwards along the direction to the surface.
+static double backward_distance(double r, double cosine) {
+  const double along = r * cosine;
+  return std::max(0.0, along + std::sqrt(std::max(0.0, 1 - r * r + along * along)));
+}
+
+RayPoint SphereSolution::State::locate(double x, double y, double z, double azimuth) const {
+  const double rho = std::hypot(x, y);
+  const double r = std::min(1.0, std::hypot(rho, z));
+  RayPoint point;
+  const double at = radial.index(r);
+  const int i = std::clamp(static_cast<int>(std::floor(at)) - 1, 0, grid.radii - 4);
+  const double theta_at = std::atan2(rho, z) / kHalfTau * (grid.thetas - 1);
+  const int j = std::clamp(static_cast<int>(std::floor(theta_at)), 0, grid.thetas - 2);
+  double w[4];
+  cubic_weights(at - i, w);
+  for (int k = 0; k < 4; ++k) point.radius_weights[k] = static_cast<float>(w[k]);
+  cubic_weights(theta_at - (j - 1), w);
+  for (int k = 0; k < 4; ++k) point.theta_weights[k] = static_cast<float>(w[k]);
+  point.offset = (i * (grid.thetas + 2) + j) * grid.modes;
+  point.cosine_at = cosines.place(azimuth - std::atan2(y, x));
+  return point;
+}
+
+void SphereSolution::State::build_rays() {
+  const int azimuths = grid.modes, points = grid.ray_points;
+  const int cells = grid.radii * grid.thetas;
+  rays.resize(static_cast<std::size_t>(grid.polars) * cells * azimuths * points);
+  parallel_for(grid.polars * grid.radii, [&](int task) {
+    const int a = task / grid.radii, i = task % grid.radii;
+    const double alpha = polar.angle(a), r = radial.radius(i);
+    double t[32], w[32];
+    for (int j = 0; j < grid.thetas; ++j) {
+      for (int b = 0; b < azimuths; ++b) {
+        const double beta = kHalfTau * (b + 0.5) / azimuths;
+        const double ox = std::sin(alpha) * std::cos(beta), oy = std::sin(alpha) * std::sin(beta), oz = std::cos(alpha);
+        const double px = r * std::sin(theta(j)), pz = r * std::cos(theta(j));
+        const double cosine = std::sin(theta(j)) * ox + std::cos(theta(j)) * oz;
+        ray_rules.evaluate(problem.sigma * backward_distance(r, cosine), t, w);
+        RayPoint* out = &rays[((static_cast<std::size_t>(a) * cells + i * grid.thetas + j) * azimuths + b) * points];
+        for (int k = 0; k < points; ++k) {
+          const double u = t[k] / problem.sigma;
+          out[k] = locate(px - u * ox, -u * oy, pz - u * oz, beta);
+          for (float& weight : out[k].radius_weights) weight *= static_cast<float>(w[k]);
+        }
+      }
+    }
+  });
+}
+
+// Azimuth modes of 1 - exp(-T): quadrature on either side of the horizon, dense towards it.
+void SphereSolution::State::build_opacity_modes() {
+  const int modes = 2 * grid.modes;
+  const QuadratureRule rule = gauss_legendre(20);
+  opacity_modes.assign(static_cast<std::size_t>(grid.radii) * grid.thetas * fine_polars * modes, 0.0f);
+  parallel_for(grid.radii * grid.thetas, [&](int cell) {
+    const double r = radial.radius(cell / grid.thetas), th = theta(cell % grid.thetas);
+    std::vector<double> sums(modes);
+    for (int f = 0; f < fine_polars; ++f) {
+      const double alpha = polar.angle(static_cast<double>(f) / kRefine);
+      const double a = std::cos(th) * std::cos(alpha), b = std::sin(th) * std::sin(alpha);
+      // The horizon: cosine between direction and radius = 0.
+      const double horizon = b > 1e-9 ? std::acos(std::clamp(-a / b, -1.0, 1.0)) : kHalfTau / 2;
+      std::fill(sums.begin(), sums.end(), 0.0);
+      for (const double end : {0.0, kHalfTau}) {
+        const double range = end - horizon;
+        for (std::size_t k = 0; k < rule.nodes.size(); ++k) {
+          const double x = rule.nodes[k];
+          const double beta = horizon + range * x * x;
+          const double weight = std::abs(range) * 2 * x * rule.weights[k];
+          const double t = problem.sigma * backward_distance(r, a + b * std::cos(beta));
+          const double value = -std::expm1(-t) * weight;
+          double before = std::cos(beta), now = 1;
+          const double twice = 2 * before;
+          for (int m = 0; m < modes; ++m) {
+            sums[m] += value * now;
+            const double next = twice * now - before;
+            before = now;
+            now = next;
+          }
+        }
+      }
+      float* out = &opacity_modes[(static_cast<std::size_t>(cell) * fine_polars + f) * modes];
+      for (int m = 0; m < modes; ++m) out[m] = static_cast<float>(sums[m] * (m == 0 ? 1 : 2) / kHalfTau);
+    }
+  });
+}
+
+void SphereSolution::State::build_phase_matrices() {
+  const int modes = grid.modes;
+  const double g = std::abs(problem.g);
+  // The trapezoid in azimuth converges like exp(-n (1 - g) / sqrt(g)).
+  const int azimuths = std::clamp(static_cast<int>(12 * std::sqrt(g) / (1 - g)) + 2 * modes, 32, 512);
+  const QuadratureRule rule = gauss_legendre(12);
+  const int fine_last = fine_polars - 1;
+  phase_matrix.assign(static_cast<std::size_t>(grid.polars) * fine_polars * modes, 0.0f);
+  beam_matrix = phase_matrix;
+  std::vector<double> cosine(azimuths * modes);
+  for (int k = 0; k < azimuths; ++k)
+    for (int m = 0; m < modes; ++m) cosine[k * modes + m] = std::cos(m * kHalfTau * (k + 0.5) / azimuths);
+  parallel_for(grid.polars, [&](int i) {
+    const double alpha = polar.angle(i);
+    std::vector<double> kernel(modes), row(fine_polars * modes, 0.0), beam_row(fine_polars * modes, 0.0);
+    for (int interval = 0; interval < fine_last; ++interval) {
+      for (std::size_t q = 0; q < rule.nodes.size(); ++q) {
+        const double place = interval + rule.nodes[q];
+        const double other = polar.angle(place / kRefine);
+        const double weight = rule.weights[q] * polar.derivative(place / kRefine) / kRefine * std::sin(other);
+        const double a = std::cos(alpha) * std::cos(other), b = std::sin(alpha) * std::sin(other);
+        std::fill(kernel.begin(), kernel.end(), 0.0);
+        for (int k = 0; k < azimuths; ++k) {
+          // Average over the sub-interval is what the trapezoid means; cos of the scattering angle is at most 1.
+          const double p = phase_per_sr(problem, std::min(1.0, a + b * cosine[k * modes + 1]));
+          for (int m = 0; m < modes; ++m) kernel[m] += p * cosine[k * modes + m];
+        }
+        const double beam = phase_per_sr(problem, std::cos(other));
+        double w[4];
+        cubic_weights(rule.nodes[q] + 1, w);
+        for (int tap = 0; tap < 4; ++tap) {
+          int node = interval - 1 + tap;
+          // Beyond a pole the direction is the one on the other side: odd modes change sign.
+          const bool mirrored = node < 0 || node > fine_last;
+          node = node < 0 ? -node : (node > fine_last ? 2 * fine_last - node : node);
+          for (int m = 0; m < modes; ++m) {
+            const double sign = mirrored && (m & 1) ? -1.0 : 1.0;
+            const double value = sign * w[tap] * weight * kernel[m] * kTau / azimuths;
+            row[node * modes + m] += value;
+            beam_row[node * modes + m] += value * beam;
+          }
+        }
+      }
+    }
+    double isotropic = 0;
+    for (int f = 0; f < fine_polars; ++f) isotropic += row[f * modes];
+    for (int k = 0; k < fine_polars * modes; ++k) {
+      phase_matrix[static_cast<std::size_t>(i) * fine_polars * modes + k] = static_cast<float>(row[k] / isotropic);
+      beam_matrix[static_cast<std::size_t>(i) * fine_polars * modes + k] = static_cast<float>(beam_row[k] / isotropic);
+    }
+  });
+}
+
+// One (radius, theta): multiplies Lambda on the fine polar nodes by the opacity and applies a phase matrix.
+void SphereSolution::State::scatter_cell(int cell, const float* fine_lambda, const std::vector<float>& matrix,
+                                         float* scattered) const {
+  const int modes = grid.modes;
+  std::array<float, 16 * 128> radiance;
+  std::array<float, 16 * 48> result;
+  multiply_opacity(modes, fine_polars, fine_lambda,
+                   &opacity_modes[static_cast<std::size_t>(cell) * fine_polars * 2 * modes], radiance.data());
+  multiply_phase(modes, grid.polars, fine_polars, matrix.data(), radiance.data(), result.data());
+  const std::size_t cells = static_cast<std::size_t>(grid.radii) * grid.thetas;
+  for (int a = 0; a < grid.polars; ++a)
+    std::copy_n(&result[a * modes], modes, scattered + (a * cells + cell) * modes);
+}
+
+// J2: the once-scattered radiance at every cell is exact, p(alpha) S(r, theta, alpha, beta).
+std::vector<float> SphereSolution::State::second_order_source() {
+  const int modes = grid.modes, azimuths = grid.modes;
+  const QuadratureRule rule = gauss_legendre(10);
+  const double sigma = problem.sigma;
+  std::vector<float> source(size());
+  parallel_for(grid.radii * grid.thetas, [&](int cell) {
+    const double r = radial.radius(cell / grid.thetas), th = theta(cell % grid.thetas);
+    const double px = r * std::sin(th), pz = r * std::cos(th);
+    const auto light_path = [](double x, double y, double z) {
+      const double inside = std::max(0.0, 1 - x * x - y * y);
+      return std::max(0.0, z + std::sqrt(inside));
+    };
+    std::vector<float> fine(fine_polars * modes, 0.0f);
+    for (int f = 0; f < fine_polars; ++f) {
+      const double alpha = polar.angle(static_cast<double>(f) / kRefine);
+      for (int b = 0; b < azimuths; ++b) {
+        const double beta = kHalfTau * (b + 0.5) / azimuths;
+        const double ox = std::sin(alpha) * std::cos(beta), oy = std::sin(alpha) * std::sin(beta), oz = std::cos(alpha);
+        const double reach = backward_distance(r, std::sin(th) * ox + std::cos(th) * oz);
+        // Mean over the ray of exp(-sigma d) with weight exp(-sigma u), substituting the mean slope of u + d.
+        const double near = light_path(px, 0, pz);
+        const double far = light_path(px - reach * ox, -reach * oy, pz - reach * oz);
+        const double slope = reach > 1e-9 ? std::clamp((reach + far - near) / reach, 0.01, 1.0) : 1.0;
+        const double opacity = -std::expm1(-slope * sigma * reach);
+        double sum = 0;
+        for (std::size_t k = 0; k < rule.nodes.size(); ++k) {
+          const double peeled = -std::log1p(-opacity * rule.nodes[k]);
+          const double u = std::min(reach, peeled / (slope * sigma));
+          sum += rule.weights[k] * std::exp(peeled - sigma * (u + light_path(px - u * ox, -u * oy, pz - u * oz)));
+        }
+        const double full = -std::expm1(-sigma * reach);
+        const double mean = full > 1e-12 ? sum * opacity / (slope * full) : std::exp(-sigma * near);
+        const int entry = cosines.exact(grid.modes, b);
+        for (int m = 0; m < modes; ++m)
+          fine[f * modes + m] += static_cast<float>(mean * (m == 0 ? 1 : 2) / azimuths) * cosines.samples[entry + m];
+      }
+    }
+    scatter_cell(cell, fine.data(), beam_matrix, source.data());
+  });
+  return source;
+}
+
+// One polar slice of J with ghost rows: beyond a pole of position lies the meridian opposite.
+void SphereSolution::State::fill_slice(const float* source, int a, float* slice) const {
+  const int modes = grid.modes, row = grid.thetas + 2;
+  for (int i = 0; i < grid.radii; ++i) {
+    const float* from = source + (static_cast<std::size_t>(a) * grid.radii + i) * grid.thetas * modes;
+    float* to = slice + static_cast<std::size_t>(i) * row * modes;
+    std::copy_n(from, grid.thetas * modes, to + modes);
+    for (int m = 0; m < modes; ++m) {
+      const float sign = (m & 1) ? -1.0f : 1.0f;
+      to[m] = sign * from[modes + m];
+      to[(row - 1) * modes + m] = sign * from[(grid.thetas - 2) * modes + m];
+    }
+  }
+}
+
+void SphereSolution::State::apply(const float* source, float* scattered) {
+  const int modes = grid.modes, azimuths = grid.modes, points = grid.ray_points;
+  const int cells = grid.radii * grid.thetas;
+  parallel_for(grid.polars, [&](int a) { fill_slice(source, a, &slices[a * slice_floats()]); });
+  parallel_for(grid.polars * grid.radii, [&](int task) {
+    const int a = task / grid.radii, i = task % grid.radii;
+    float values[16];
+    for (int j = 0; j < grid.thetas; ++j) {
+      const int cell = i * grid.thetas + j;
+      trace_rays(modes, azimuths, points, &slices[a * slice_floats()], (grid.thetas + 2) * modes, cosines.entries.data(),
+                 &rays[(static_cast<std::size_t>(a) * cells + cell) * azimuths * points], values);
+      float* out = &lambda[(static_cast<std::size_t>(cell) * grid.polars + a) * modes];
+      std::fill_n(out, modes, 0.0f);
+      for (int b = 0; b < azimuths; ++b) {
+        const float* cosine = &cosines.samples[cosines.exact(azimuths, b)];
+        for (int m = 0; m < modes; ++m) out[m] += values[b] * cosine[m];
+      }
+      for (int m = 0; m < modes; ++m) out[m] *= (m == 0 ? 1.0f : 2.0f) / static_cast<float>(azimuths);
+    }
+  });
+  static const auto kFineWeights = [] {
+    std::array<std::array<float, 4>, kRefine> weights{};
+    for (int k = 0; k < kRefine; ++k) {
+      double w[4];
+      cubic_weights(1 + static_cast<double>(k) / kRefine, w);
+      for (int tap = 0; tap < 4; ++tap) weights[k][tap] = static_cast<float>(w[tap]);
+    }
+    return weights;
+  }();
+  parallel_for(grid.radii * grid.thetas, [&](int cell) {
+    const float* coarse = &lambda[static_cast<std::size_t>(cell) * grid.polars * modes];
+    std::array<float, 16 * 128> fine;
+    const int last = grid.polars - 1;
+    for (int f = 0; f < fine_polars; ++f) {
+      const int base = f / kRefine, k = f % kRefine;
+      float* out = &fine[f * modes];
+      if (k == 0) {
+        std::copy_n(coarse + base * modes, modes, out);
+        continue;
+      }
+      std::fill_n(out, modes, 0.0f);
+      for (int tap = 0; tap < 4; ++tap) {
+        int node = base - 1 + tap;
+        const bool mirrored = node < 0 || node > last;
+        node = node < 0 ? -node : (node > last ? 2 * last - node : node);
+        const float even = kFineWeights[k][tap], odd = mirrored ? -even : even;
+        for (int m = 0; m < modes; m += 2) {
+          out[m] += even * coarse[node * modes + m];
+          out[m + 1] += odd * coarse[node * modes + m + 1];
+        }
+      }
+    }
+    scatter_cell(cell, fine.data(), phase_matrix, scattered);
+  });
+}
+
+SphereSolution::SphereSolution() = default;
+SphereSolution::SphereSolution(SphereSolution&&) noexcept = default;
+SphereSolution& SphereSolution::operator=(SphereSolution&&) noexcept = default;
+SphereSolution::~SphereSolution() = default;
+
+int SphereSolution::applications() const { return state_->applications; }
+double SphereSolution::residual() const { return state_->residual; }
+
+SphereGrid sphere_grid(double sigma, bool coarse) {
+  if (coarse || sigma <= 5) return {14, 16, 16, 8, 6};
+  if (sigma <= 12) return {20, 24, 20, 16, 8};
+  return {28, 32, 20, 16, 8};
+}
+
+SphereSolution solve_sphere(const SphereProblem& problem, const SphereGrid& grid, double residual) {
+  SphereSolution solution;
+  solution.state_ = std::make_unique<SphereSolution::State>(problem, grid);
+  SphereSolution::State& state = *solution.state_;
+  state.build_rays();
+  state.build_opacity_modes();
+  state.build_phase_matrices();
+  const std::vector<float> second = state.second_order_source();
+  GmresResult solved =
+      gmres([&](const float* in, float* out) { state.apply(in, out); }, second, residual, 200, 1000);
+  for (int a = 0; a < grid.polars; ++a) state.fill_slice(solved.x.data(), a, &state.slices[a * state.slice_floats()]);
+  state.applications = solved.applications;
+  state.residual = solved.residual;
+  // Only the slices and axes are needed from here on.
+  state.rays = {};
+  state.opacity_modes = {};
+  state.phase_matrix = {};
+  state.beam_matrix = {};
+  state.lambda = {};
+  return solution;
+}
+
+double SphereSolution::chord_source(double c, double h, double x) const {
+  const State& s = *state_;
+  const double st = std::sqrt(std::max(0.0, 1 - c * c)), sh = std::sqrt(std::max(0.0, 1 - h * h));
+  const double y = std::sqrt(std::max(0.0, 1 - x * x));
+  const double ox = h * st - sh * x * c, oy = sh * y, oz = h * c + sh * x * st;
+  const double alpha_at = s.polar.index(std::acos(std::clamp(oz, -1.0, 1.0)));
+  const double beta = std::atan2(oy, ox);
+  const int base = std::clamp(static_cast<int>(std::floor(alpha_at)), 0, s.polar.last() - 1);
+  double aw[4];
+  cubic_weights(alpha_at - (base - 1), aw);
+  double t[16], w[16];
+  s.gather_rules.evaluate(2 * s.problem.sigma * h, t, w);
+  double sum = 0;
+  for (int k = 0; k < 16; ++k) {
+    const double u = t[k] / s.problem.sigma;
+    const RayPoint point = s.locate(st - u * ox, -u * oy, c - u * oz, beta);
+    for (int tap = 0; tap < 4; ++tap) {
+      int node = base - 1 + tap;
+      const bool mirrored = node < 0 || node > s.polar.last();
+      node = node < 0 ? -node : (node > s.polar.last() ? 2 * s.polar.last() - node : node);
+      // A direction beyond its pole is the opposite azimuth's.
+      RayPoint turned = point;
+      if (mirrored) turned.cosine_at = s.cosines.place(beta + kHalfTau - std::atan2(-u * oy, st - u * ox));
+      float value;
+      trace_rays(s.grid.modes, 1, 1, &s.slices[node * s.slice_floats()], (s.grid.thetas + 2) * s.grid.modes,
+                 s.cosines.entries.data(), &turned, &value);
+      sum += w[k] * aw[tap] * value;
+    }
+  }
+  return sum;
+}
+
+}  // namespace nephele
