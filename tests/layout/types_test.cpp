@@ -1,0 +1,99 @@
+// C++ and the compiled shaders agree on every offset and size of the structures they share.
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "engine/kernel.h"
+#include "shared/types.h"
+
+using namespace nephele;
+using namespace nephele::shared;
+
+namespace {
+
+struct Expected {
+  const char* name;
+  std::size_t offset, bytes;
+};
+
+void check_layout(const ShaderCode& code, const char* struct_name, const std::vector<Expected>& expected) {
+  CAPTURE(struct_name);
+  const std::vector<ReflectedMember> members = reflect_struct(code, struct_name);
+  REQUIRE(members.size() == expected.size());
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    CAPTURE(expected[i].name);
+    CHECK(members[i].name == expected[i].name);
+    CHECK(members[i].offset == expected[i].offset);
+    CHECK(members[i].bytes == expected[i].bytes);
+  }
+}
+
+}  // namespace
+
+#define MEMBER(type, member) \
+  { #member, offsetof(type, member), sizeof(type::member) }
+
+TEST_CASE("FrameConstants") {
+  check_layout(shaders::prepare_draw_comp, "FrameConstants",
+               {MEMBER(FrameConstants, clip_from_render), MEMBER(FrameConstants, render_from_clip), MEMBER(FrameConstants, camera_grid_m),
+                MEMBER(FrameConstants, time_s), MEMBER(FrameConstants, sun_direction), MEMBER(FrameConstants, sun_angular_radius_rad),
+                MEMBER(FrameConstants, sun_irradiance), MEMBER(FrameConstants, exposure), MEMBER(FrameConstants, ground_albedo),
+                MEMBER(FrameConstants, atmosphere_enabled), MEMBER(FrameConstants, image_size_px), MEMBER(FrameConstants, layer_size_px),
+                MEMBER(FrameConstants, scale), MEMBER(FrameConstants, ground_enabled), MEMBER(FrameConstants, origin_index),
+                MEMBER(FrameConstants, seed), MEMBER(FrameConstants, clouds_enabled), MEMBER(FrameConstants, coverage),
+                MEMBER(FrameConstants, base_m), MEMBER(FrameConstants, thickness_m), MEMBER(FrameConstants, extinction_per_m),
+                MEMBER(FrameConstants, view_distance_m), MEMBER(FrameConstants, ring_count), MEMBER(FrameConstants, ring_size_cells),
+                MEMBER(FrameConstants, layer_count), MEMBER(FrameConstants, inner_cell_m), MEMBER(FrameConstants, phase_g),
+                MEMBER(FrameConstants, phase_function), MEMBER(FrameConstants, listed_particle_count),
+                MEMBER(FrameConstants, light_from_render), MEMBER(FrameConstants, crown_per_cell)});
+}
+
+TEST_CASE("Particle") {
+  check_layout(shaders::prepare_draw_comp, "Particle",
+               {MEMBER(Particle, center_m), MEMBER(Particle, extinction_per_m), MEMBER(Particle, radius_m), MEMBER(Particle, yaw_rad),
+                MEMBER(Particle, orientation), MEMBER(Particle, flags), MEMBER(Particle, base_m), MEMBER(Particle, top_m),
+                MEMBER(Particle, radiance_per_sr), MEMBER(Particle, id)});
+}
+
+TEST_CASE("ParticleLight") {
+  check_layout(shaders::prepare_draw_comp, "ParticleLight",
+               {MEMBER(ParticleLight, sun_irradiance), MEMBER(ParticleLight, tau_sun), MEMBER(ParticleLight, tau_gradient_per_m),
+                MEMBER(ParticleLight, tau_smooth)});
+}
+
+TEST_CASE("DrawParticle") {
+  check_layout(shaders::cloud_frag_alpha, "DrawParticle",
+               {MEMBER(DrawParticle, reference_from_render), MEMBER(DrawParticle, center_m), MEMBER(DrawParticle, extinction_per_m),
+                MEMBER(DrawParticle, light_direction), MEMBER(DrawParticle, optical_radius), MEMBER(DrawParticle, sun_irradiance),
+                MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, base_m),
+                MEMBER(DrawParticle, sky_up_radiance), MEMBER(DrawParticle, top_m), MEMBER(DrawParticle, sky_down_radiance),
+                MEMBER(DrawParticle, flags), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, optical_radius_vertical)});
+}
+
+TEST_CASE("FrameCounters") {
+  check_layout(shaders::prepare_draw_comp, "FrameCounters",
+               {MEMBER(FrameCounters, particle_demand), MEMBER(FrameCounters, particle_count), MEMBER(FrameCounters, visible_demand),
+                MEMBER(FrameCounters, visible_count), MEMBER(FrameCounters, tile_pair_demand), MEMBER(FrameCounters, tile_pair_count),
+                MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, fragments_shaded), MEMBER(FrameCounters, particle_groups),
+                MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw)});
+}
+
+TEST_CASE("reflection tells bindings and their direction") {
+  const Reflection reflection = reflect(shaders::prepare_draw_comp);
+  REQUIRE(reflection.bindings.size() == 8);
+  CHECK(reflection.bindings[0].type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
+  CHECK((reflection.bindings[1].reads && !reflection.bindings[1].writes));
+  CHECK((!reflection.bindings[6].reads && reflection.bindings[6].writes));
+  CHECK(reflection.bindings[7].type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
+  CHECK(reflection.local_size[0] == 64);
+  CHECK(reflection.push_constant_bytes == 4);
+}
+
+TEST_CASE("input attachments and storage images are told apart") {
+  const Reflection attachment = reflect(shaders::cloud_frag_attachment);
+  CHECK(attachment.bindings.back().type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT);
+  const Reflection interlock = reflect(shaders::cloud_frag_interlock);
+  CHECK(interlock.bindings.back().type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
+  CHECK((interlock.bindings.back().reads && interlock.bindings.back().writes));
+}
