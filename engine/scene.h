@@ -52,7 +52,7 @@ enum class PhaseFunction : std::uint8_t { henyey_greenstein, cornette_shanks };
 
 struct PhaseSettings {
   PhaseFunction function = PhaseFunction::henyey_greenstein;
-  float g = 0.85f;
+  double g = 0.85;  // asymmetry; double, because it is part of the tables' key
 };
 
 enum class ParticleShape : std::uint8_t {

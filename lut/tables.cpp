@@ -69,18 +69,51 @@ std::optional<float> mean_fill_of(const Table& table) {
   return metadata["mean_fill"].get<float>();
 }
 
+// Whether the table is what `parameters` ask for, made by this version.
+Result<void> check_table(const Table& table, const std::filesystem::path& json_path, const char* name, const json& parameters,
+                         const std::vector<std::size_t>& shape) {
+  const json metadata = json::parse(table.metadata);
+  if (metadata["table"] != name) return Error{json_path.string() + ": table: " + metadata["table"].dump() + ", expected " + name};
+  if (metadata["generator"] != NEPHELE_LUT_HASH) return Error{json_path.string() + ": generator: made by another version"};
+  if (metadata["parameters"] != parameters) return Error{json_path.string() + ": parameters: not those asked for"};
+  if (table.array.shape != shape) return Error{json_path.string() + ": shape: not what the parameters ask for"};
+  if (name == kOpticalDepth && !mean_fill_of(table)) return Error{json_path.string() + ": mean_fill: a number is expected"};
+  return {};
+}
+
 // The cached table when it is there and is what `parameters` ask for.
 Result<Table> load_cached(const std::filesystem::path& json_path, const char* name, const json& parameters,
                           const std::vector<std::size_t>& shape) {
   Result<Table> table = load_table(json_path);
   if (!table) return table;
-  const json metadata = json::parse(table->metadata);
-  if (metadata["table"] != name) return Error{json_path.string() + ": table: " + metadata["table"].dump() + ", expected " + name};
-  if (metadata["generator"] != NEPHELE_LUT_HASH) return Error{json_path.string() + ": generator: made by another version"};
-  if (metadata["parameters"] != parameters) return Error{json_path.string() + ": parameters: not those asked for"};
-  if (table->array.shape != shape) return Error{json_path.string() + ": shape: not what the parameters ask for"};
-  if (name == kOpticalDepth && !mean_fill_of(*table)) return Error{json_path.string() + ": mean_fill: a number is expected"};
+  if (Result<void> checked = check_table(*table, json_path, name, parameters, shape); !checked) return checked.error();
   return table;
+}
+
+std::vector<std::size_t> optical_depth_shape(const TableParameters& p) {
+  const std::size_t n = p.optical_depth_size;
+  return {n * n, n, n, 2};
+}
+
+std::vector<std::size_t> multiple_scattering_shape(const TableParameters& p) {
+  return {p.scattering_densities, p.scattering_chords, p.scattering_cosines, 4};
+}
+
+// Back from the two tables' metadata; throws json::exception where a field is missing or of another type.
+TableParameters stored_parameters(const json& optical_depth, const json& multiple_scattering) {
+  TableParameters p;
+  optical_depth.at("size").get_to(p.optical_depth_size);
+  optical_depth.at("particle_seed").get_to(p.particle_seed);
+  p.phase_function =
+      multiple_scattering.at("phase_function") == "cs" ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
+  multiple_scattering.at("g").get_to(p.g_multiple);
+  p.g_single = p.g_multiple;
+  multiple_scattering.at("size_cosine").get_to(p.scattering_cosines);
+  multiple_scattering.at("size_chord").get_to(p.scattering_chords);
+  multiple_scattering.at("size_density").get_to(p.scattering_densities);
+  multiple_scattering.at("coarse_solver").get_to(p.coarse_solver);
+  multiple_scattering.at("residual").get_to(p.residual);
+  return p;
 }
 
 template <class Bake>
@@ -222,14 +255,40 @@ Result<Tables> load_or_bake(const TableParameters& parameters, const std::filesy
   const WarningCallback say = warn ? warn : warn_on_stderr;
   Tables tables;
   tables.parameters = parameters;
-  const std::size_t n = parameters.optical_depth_size;
-  tables.optical_depth =
-      load_or_bake_one(cache_dir, kOpticalDepth, optical_depth_parameters(parameters), {n * n, n, n, 2}, say,
-                       [&] { return bake_optical_depth(parameters, progress); });
-  tables.multiple_scattering = load_or_bake_one(
-      cache_dir, kMultipleScattering, multiple_scattering_parameters(parameters),
-      {parameters.scattering_densities, parameters.scattering_chords, parameters.scattering_cosines, 4}, say,
-      [&] { return bake_multiple_scattering(parameters, progress); });
+  tables.optical_depth = load_or_bake_one(cache_dir, kOpticalDepth, optical_depth_parameters(parameters),
+                                          optical_depth_shape(parameters), say,
+                                          [&] { return bake_optical_depth(parameters, progress); });
+  tables.multiple_scattering = load_or_bake_one(cache_dir, kMultipleScattering, multiple_scattering_parameters(parameters),
+                                                multiple_scattering_shape(parameters), say,
+                                                [&] { return bake_multiple_scattering(parameters, progress); });
+  tables.mean_fill = *mean_fill_of(tables.optical_depth);
+  return tables;
+}
+
+Result<Tables> load_tables(const std::filesystem::path& dir) {
+  const auto path = [&](const char* name) { return dir / (std::string(name) + ".json"); };
+  Result<Table> optical_depth = load_table(path(kOpticalDepth));
+  if (!optical_depth) return optical_depth.error();
+  Result<Table> multiple_scattering = load_table(path(kMultipleScattering));
+  if (!multiple_scattering) return multiple_scattering.error();
+
+  Tables tables;
+  try {
+    tables.parameters = stored_parameters(json::parse(optical_depth->metadata).at("parameters"),
+                                          json::parse(multiple_scattering->metadata).at("parameters"));
+  } catch (const json::exception& failure) {
+    return Error{dir.string() + ": parameters: " + failure.what()};
+  }
+  const TableParameters& p = tables.parameters;
+  if (Result<void> valid = p.validate(); !valid) return Error{dir.string() + ": parameters: " + valid.error().message};
+  if (auto ok = check_table(*optical_depth, path(kOpticalDepth), kOpticalDepth, optical_depth_parameters(p), optical_depth_shape(p)); !ok)
+    return ok.error();
+  if (auto ok = check_table(*multiple_scattering, path(kMultipleScattering), kMultipleScattering, multiple_scattering_parameters(p),
+                            multiple_scattering_shape(p));
+      !ok)
+    return ok.error();
+  tables.optical_depth = std::move(*optical_depth);
+  tables.multiple_scattering = std::move(*multiple_scattering);
   tables.mean_fill = *mean_fill_of(tables.optical_depth);
   return tables;
 }

@@ -66,6 +66,9 @@ Result<Tables> load_or_bake(const TableParameters& parameters, const std::filesy
 Result<Tables> bake_to(const std::filesystem::path& dir, const TableParameters& parameters,
                        const ProgressCallback& progress = {});
 
+// Both tables as bake_to wrote them; a damaged, foreign or outdated file is an error.
+Result<Tables> load_tables(const std::filesystem::path& dir);
+
 // One table with its metadata; everything that can be checked is (shape, type, size, hash, parameters).
 Result<Table> load_table(const std::filesystem::path& json_path);
 Result<void> save_table(const std::filesystem::path& dir, const std::string& file_stem, const Table& table);

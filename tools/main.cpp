@@ -24,6 +24,7 @@ int run(int argc, char** argv) {
   CLI::App program("Large sunlit cumulus skies, rendered with Vulkan.", "nephele");
   program.set_version_flag("--version", "nephele " NEPHELE_VERSION);
   program.require_subcommand(1);
+  program.option_defaults()->take_last();  // an option given twice: scripts put defaults before what the user typed
   const std::vector<nephele::tools::Command> commands{
       nephele::tools::add_render_command(program),
       nephele::tools::add_bake_command(program),

@@ -23,7 +23,7 @@ constexpr std::uint64_t kMaxFrames = 1000000;
 
 // As typed.
 struct RenderOptions {
-  std::string scene, path, out, layers, stats, device;
+  std::string scene, path, out, layers, stats, tables, device;
   std::string size = "1280x720", quality = "medium", backend = "auto", blend = "volume";
   std::uint32_t scale = 1;
   double time_s = 0;
@@ -143,7 +143,7 @@ Result<void> run_render(const RenderOptions& options) {
   if (!job) return job.error();
   const Result<std::unique_ptr<Device>> device = Device::create(DeviceOptions::from_environment(options.device));
   if (!device) return device.error();
-  const Result<Tables> tables = tables_for_scene(job->scene, options.quiet);
+  const Result<Tables> tables = tables_for_scene(job->scene, options.tables, options.quiet);
   if (!tables) return tables.error();
   const Result<std::unique_ptr<Renderer>> made = Renderer::create(**device, *tables, job->scene, job->settings);
   if (!made) return made.error();
@@ -190,6 +190,7 @@ Command add_render_command(CLI::App& program) {
       ->check(CLI::IsMember({"volume"}))
       ->capture_default_str();
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)");
+  app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache");
   app->add_option("--time", options->time_s, "Seconds the wind has blown at the first frame")
       ->check(CLI::Range(-1e9, 1e9))
       ->capture_default_str();

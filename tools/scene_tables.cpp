@@ -1,9 +1,17 @@
 #include "tools/scene_tables.h"
 
+#include "engine/check.h"
 #include "shared/phase.h"
 #include "tools/progress.h"
 
 namespace nephele::tools {
+namespace {
+
+const char* phase_name(std::uint32_t phase_function) {
+  return phase_function == shared::kPhaseCornetteShanks ? "cs" : "hg";
+}
+
+}  // namespace
 
 TableParameters table_parameters(const Scene& scene) {
   TableParameters parameters;
@@ -14,10 +22,22 @@ TableParameters table_parameters(const Scene& scene) {
   return parameters;
 }
 
-Result<Tables> tables_for_scene(const Scene& scene, bool quiet) {
-  Progress progress(quiet);
-  return load_or_bake(table_parameters(scene), default_cache_dir(),
-                      [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
+Result<Tables> tables_for_scene(const Scene& scene, const std::string& directory, bool quiet) {
+  const TableParameters wanted = table_parameters(scene);
+  if (directory.empty()) {
+    Progress progress(quiet);
+    return load_or_bake(wanted, default_cache_dir(),
+                        [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
+  }
+  Result<Tables> tables = load_tables(directory);
+  if (!tables) return tables;
+  const TableParameters& made = tables->parameters;
+  if (made.phase_function != wanted.phase_function || made.g_multiple != wanted.g_multiple)
+    return Error{concat(directory, ": the tables are for phase function ", phase_name(made.phase_function), ", g ",
+                        made.g_multiple, "; the scene has ", phase_name(wanted.phase_function), ", g ",
+                        wanted.g_multiple)};
+  tables->parameters.g_single = wanted.g_single;
+  return tables;
 }
 
 }  // namespace nephele::tools

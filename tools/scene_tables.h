@@ -12,7 +12,8 @@ namespace nephele::tools {
 // Every order of scattering has the scene's phase function: that is what the path-traced truth has, too.
 TableParameters table_parameters(const Scene& scene);
 
-// From the cache, or baked into it with a progress bar.
-Result<Tables> tables_for_scene(const Scene& scene, bool quiet);
+// From the directory, where everything must be in order and made for the scene's phase function; without one from the
+// cache, or baked into it with a progress bar.
+Result<Tables> tables_for_scene(const Scene& scene, const std::string& directory, bool quiet);
 
 }  // namespace nephele::tools

@@ -66,7 +66,7 @@ TEST_CASE("scene: every key arrives, in SI units and radians") {
   CHECK(scene.clouds->wind_m_per_s == glm::dvec2(-6, 2));
   CHECK(scene.clouds->view_distance_m == 50000.0f);
   CHECK(scene.phase.function == PhaseFunction::cornette_shanks);
-  CHECK(scene.phase.g == 0.7f);
+  CHECK(scene.phase.g == 0.7);
   REQUIRE(scene.particles.size() == 2);
   const ListedParticle& particle = scene.particles[0];
   CHECK(particle.center_m == glm::dvec3(0, 500, 1500));
