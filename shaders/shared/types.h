@@ -45,7 +45,7 @@ struct FrameConstants {
   uint listed_particle_count;    // particles given by the scene file: the first ones of the particle buffer
   // Light space: light_from_render * p_render = (u, v) across and w towards the sun, metres (light.h)
   mat3 light_from_render;
-  float pad_m;                   // keeps the size a multiple of 8
+  float crown_per_cell;          // crown particles of a level cloud top in one cell; about 2.5 at full quality
 };
 
 // Particle.flags
