@@ -1,0 +1,136 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// variants: sky sky_clouds=CLOUDS sky_clouds_shadow=CLOUDS,SHADOW vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS vacuum_clouds_shadow=VACUUM,CLOUDS,SHADOW
+// The final image: sky, sun and ground; the cloud layer over them through the air between; exposure and tone map.
+#include "shared/atmosphere_tables.h"
+#include "shared/ground.h"
+#include "shared/light.h"
+#include "shared/tonemap.h"
+#include "shared/types.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };
+layout(set = 0, binding = 1, rgba32f) uniform writeonly image2D hdr;
+layout(set = 0, binding = 2, rgba8) uniform writeonly image2D display;
+#ifndef VACUUM
+layout(set = 0, binding = 3) uniform sampler2D transmittance;
+layout(set = 0, binding = 4) uniform sampler2D sky_irradiance;
+layout(set = 0, binding = 5) uniform sampler2D sky_smooth;
+layout(set = 0, binding = 6) uniform sampler2D sky_aerosol;
+layout(set = 0, binding = 7) uniform sampler2D view_transmittance;
+#endif
+#ifdef CLOUDS
+layout(set = 0, binding = 8) uniform sampler2D cloud_color;  // premultiplied radiance, transmittance
+layout(set = 0, binding = 9) uniform sampler2D cloud_depth;  // metres to the first matter, +inf without
+#ifndef VACUUM
+layout(set = 0, binding = 10) uniform sampler3D aerial_light;
+layout(set = 0, binding = 11) uniform sampler3D aerial_transmittance;
+#endif
+#endif
+#ifdef SHADOW
+layout(set = 0, binding = 12) uniform sampler2D cloud_shadow;  // transmittance along the sun ray, light-space tiles
+#endif
+// The camera's place in the world's grid (FrameConstants has it in the clouds', which drift).
+layout(push_constant, scalar) uniform Push {
+  ivec2 ground_origin_index;
+  vec2 camera_ground_m;
+};
+
+vec3 direction_at(vec2 pixel) {
+  vec2 ndc = pixel * 2.0 / vec2(frame.image_size_px) - 1.0;
+  return normalize((frame.render_from_clip * vec4(ndc, 1.0, 1.0)).xyz);
+}
+
+// Share of the sunlight that the clouds let through to a point below all of them.
+float shadow_at(vec3 p_render_m) {
+#ifdef SHADOW
+  vec2 uv = light_uv((frame.light_from_render * p_render_m).xy, frame.view_distance_m);
+  if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
+  return clamp(textureLod(cloud_shadow, uv, 0.0).r, 0.0, 1.0);
+#else
+  return 1.0;
+#endif
+}
+
+// The sun's disc, per unit of its irradiance, before the air; its edge is as soft as a pixel is wide.
+vec3 sun_disc(vec3 direction, float pixel_rad) {
+  float radius = frame.sun_angular_radius_rad;
+  float x = length(direction - frame.sun_direction) / radius;
+  float edge = pixel_rad / radius;
+  if (x >= 1.0 + 0.5 * edge) return vec3(0.0);
+  float cover = (1.0 - smoothstep(1.0 - 0.5 * edge, 1.0 + 0.5 * edge, x)) / (1.0 + 0.05 * edge * edge);  // keeps its power
+  return cover * limb_darkening(min(x, 1.0)) / (kPi * radius * radius);
+}
+
+// What a ray at or above the horizon brings, per unit of the sun's irradiance.
+vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad) {
+#ifdef VACUUM
+  return vec3(0.0);
+#else
+  vec3 radiance = sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, false);
+  vec3 disc = sun_disc(direction, pixel_rad);
+  if (disc.g > 0.0) radiance += disc * sun_transmittance(transmittance, altitude_m, direction.z);
+  return radiance;
+#endif
+}
+
+// What a ray at or below the horizon brings, per unit of the sun's irradiance.
+vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad) {
+  float mu = min(direction.z, horizon_mu);
+  float distance_m = ground_distance(altitude_m, mu);
+  vec3 p = direction * distance_m;
+  float sun_mu = cosine_along_ray(altitude_m, mu, distance_m, frame.sun_direction.z, dot(direction, frame.sun_direction));
+  // The pixel's longer side on the ground; finite at the horizon, where it ends.
+  float footprint_m = max(distance_m * pixel_rad, 2.0 * (distance_m - ground_distance(altitude_m, mu - 0.5 * pixel_rad)));
+  vec2 ground_m = grid_from_render(p, vec3(camera_ground_m, altitude_m)).xy;
+  vec3 albedo = clamp(frame.ground_albedo * ground_variation(ground_m, ground_origin_index, footprint_m), 0.0, 1.0);
+#ifdef VACUUM
+  return albedo / kPi * max(0.0, sun_mu) * sun_visibility(0.0, sun_mu) * shadow_at(p);
+#else
+  vec3 irradiance = sun_transmittance(transmittance, 0.0, sun_mu) * (max(0.0, sun_mu) * shadow_at(p)) +
+                    sky_irradiance_from_above(sky_irradiance, 0.0, sun_mu);
+  return albedo / kPi * irradiance * view_transmittance_lookup(view_transmittance, mu, horizon_mu, true) +
+         sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, true);
+#endif
+}
+
+void main() {
+  uvec2 pixel = gl_GlobalInvocationID.xy;
+  if (pixel.x >= frame.image_size_px.x || pixel.y >= frame.image_size_px.y) return;
+  vec3 direction = direction_at(vec2(pixel) + 0.5);
+  float pixel_rad = length(direction_at(vec2(pixel) + vec2(0.5, 1.5)) - direction);
+  float altitude_m = max(0.0, frame.camera_grid_m.z);
+  float horizon_mu = horizon_cosine(altitude_m);
+
+  // Share of the pixel above the horizon, so that the horizon has no steps.
+  float above = clamp(0.5 + (direction.z - horizon_mu) / pixel_rad, 0.0, 1.0);
+  vec3 sky_direction = direction;
+  if (frame.ground_enabled == 0u && above < 1.0) {  // without a ground the horizon mirrors the sky
+    above = 1.0;
+    if (direction.z < horizon_mu) {
+      float mu = elevation_from_unit(unit_from_elevation(direction.z, horizon_mu, true), horizon_mu, false);
+      float across = sqrt((1.0 - mu * mu) / max(1e-12, 1.0 - direction.z * direction.z));
+      sky_direction = vec3(direction.xy * across, mu);
+    }
+  }
+  vec3 background = vec3(0.0);
+  if (above > 0.0) background += above * sky_radiance(sky_direction, altitude_m, horizon_mu, pixel_rad);
+  if (above < 1.0) background += (1.0 - above) * ground_radiance(direction, altitude_m, horizon_mu, pixel_rad);
+  vec3 radiance = background * frame.sun_irradiance;
+
+#ifdef CLOUDS
+  vec4 cloud = texelFetch(cloud_color, ivec2(pixel), 0);
+  float cloud_m = texelFetch(cloud_depth, ivec2(pixel), 0).r;
+  if (!isinf(cloud_m)) {
+#ifdef VACUUM
+    radiance = radiance * cloud.a + cloud.rgb;
+#else
+    AerialSample air = aerial_lookup(aerial_light, aerial_transmittance, direction, frame.sun_direction, altitude_m, cloud_m);
+    radiance = radiance * cloud.a + cloud.rgb * air.transmittance + air.light * frame.sun_irradiance * (1.0 - cloud.a);
+#endif
+  }
+#endif
+  imageStore(hdr, ivec2(pixel), vec4(radiance, 1.0));
+  imageStore(display, ivec2(pixel), vec4(display_color(radiance, frame.exposure, pixel), 1.0));
+}

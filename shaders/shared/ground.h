@@ -1,0 +1,102 @@
+// The ground's albedo: a mosaic of fields and woods in dry and lush country, tied to the world, with mean 1 relative
+// to the scene's albedo. Every part fades to its mean as a pixel's footprint outgrows it, so nothing shimmers.
+#ifndef NEPHELE_SHARED_GROUND_H
+#define NEPHELE_SHARED_GROUND_H
+
+#include "noise.h"
+#include "world.h"
+
+NEPHELE_SHARED_BEGIN
+
+// Lattices, in cells a unit of kOriginUnitM.
+NEPHELE_CONST(uint, kCountryCells, 7u);     // 13.5 km
+NEPHELE_CONST(uint, kDistrictCells, 29u);   // 3.2 km
+NEPHELE_CONST(uint, kWoodCells, 61u);       // 1.5 km, and three octaves below
+NEPHELE_CONST(uint, kFieldCells, 236u);     // 400 m
+NEPHELE_CONST(uint, kTuftCells, 2311u);     // 41 m, and its octaves down to centimetres
+NEPHELE_CONST(uint, kGroundSeed, 0x67726e64u);
+
+// What is left of a pattern of that size under a footprint.
+NEPHELE_FN float ground_fade(float size_m, float footprint_m) { return 1.0f - smoothstep(0.25f, 0.9f, footprint_m / size_m); }
+
+NEPHELE_FN float ground_noise(vec2 ground_m, ivec2 origin_index, uint cells, uint salt) {
+  return gradient_noise2(lattice_position(ground_m, cells), lattice_base(origin_index, cells), kGroundSeed + salt);
+}
+
+// Fields: a soft Voronoi mosaic whose seams are as wide as the footprint. x: brightness, y: ripeness, both in [-1, 1]
+// with mean 0.
+NEPHELE_FN vec2 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint_m) {
+  vec2 p = lattice_position(ground_m, kFieldCells);
+  vec2 cell = floor(p);
+  vec2 f = p - cell;
+  uvec2 base = lattice_base(origin_index, kFieldCells) + uvec2(ivec2(cell));
+  float sharpness = 1.0f / (0.004f + 0.5f * footprint_m / lattice_cell_m(kFieldCells));
+  float nearest = 9.0f;
+  vec2 sum = vec2(0.0f);
+  float weights = 0.0f;
+  for (int pass = 0; pass < 2; ++pass) {  // the nearest first: weights relative to it cannot all vanish
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        uint h = noise_mix(((base.x + uint(x)) * kNoiseSpreadX) ^ ((base.y + uint(y)) * kNoiseSpreadY) ^ kGroundSeed);
+        float dx = abs(float(x) + 0.1f + 0.8f * float(h & 255u) * (1.0f / 255.0f) - f.x);
+        float dy = abs(float(y) + 0.1f + 0.8f * float((h >> 8u) & 255u) * (1.0f / 255.0f) - f.y);
+        float d = max(dx, dy) + 0.35f * min(dx, dy);  // between a square and a circle: fields have straight sides
+        if (pass == 0) {
+          nearest = min(nearest, d);
+        } else {
+          float w = exp(-min(60.0f, (d - nearest) * sharpness));
+          sum += w * vec2(float((h >> 16u) & 255u) * (2.0f / 255.0f) - 1.0f, float(h >> 24u) * (2.0f / 255.0f) - 1.0f);
+          weights += w;
+        }
+      }
+    }
+  }
+  return sum / weights;
+}
+
+// ground_m: place in the world's grid (not the clouds'), relative to origin_index units. footprint_m: the longer side
+// of the pixel on the ground.
+NEPHELE_FN vec3 ground_variation(vec2 ground_m, ivec2 origin_index, float footprint_m) {
+  float dryness = 0.0f;
+  float fade = ground_fade(lattice_cell_m(kCountryCells), footprint_m);
+  if (fade > 0.0f) dryness += 0.8f * fade * ground_noise(ground_m, origin_index, kCountryCells, 1u);
+  fade = ground_fade(lattice_cell_m(kDistrictCells), footprint_m);
+  if (fade > 0.0f) dryness += 0.7f * fade * ground_noise(ground_m, origin_index, kDistrictCells, 2u);
+
+  // Woods: where a noise of four octaves is high. The threshold widens by what the filter has taken from the noise,
+  // which keeps their share near 0.3.
+  float wood_noise = 0.0f;
+  float lost = 0.02f;
+  float gain = 1.0f;
+  uint cells = kWoodCells;
+  for (uint i = 0u; i < 4u; ++i) {
+    fade = ground_fade(lattice_cell_m(cells), footprint_m);
+    if (fade > 0.0f) wood_noise += gain * fade * ground_noise(ground_m, origin_index, cells, 3u + i);
+    lost += 0.38f * gain * (1.0f - fade);
+    gain *= 0.5f;
+    cells *= 2u;
+  }
+  float wood = smoothstep(0.17f - lost, 0.17f + lost, wood_noise - 0.3f * dryness);
+
+  vec2 field = vec2(0.0f);
+  fade = ground_fade(lattice_cell_m(kFieldCells), footprint_m);
+  if (fade > 0.0f) field = fade * ground_fields(ground_m, origin_index, footprint_m);
+
+  float tuft = 0.0f;
+  cells = kTuftCells;
+  for (uint i = 0u; i < 7u; ++i) {
+    fade = ground_fade(lattice_cell_m(cells), footprint_m);
+    if (fade <= 0.0f) break;
+    tuft += 0.28f * fade * ground_noise(ground_m, origin_index, cells, 11u + i);
+    cells *= 3u;
+  }
+
+  vec3 open_land = vec3(1.0f) + dryness * vec3(0.40f, 0.16f, 0.10f) + field.x * vec3(0.16f, 0.15f, 0.13f) +
+                   field.y * vec3(0.14f, 0.03f, -0.05f);
+  vec3 color = mix(open_land, vec3(0.58f, 0.66f, 0.62f), wood) * (1.0f + tuft * (0.6f + 0.6f * wood));
+  return max(vec3(0.05f), color * vec3(1.14f, 1.12f, 1.12f));  // back to a mean of 1, measured (ground_test)
+}
+
+NEPHELE_SHARED_END
+
+#endif

@@ -1,0 +1,57 @@
+// From linear radiance to the display: exposure, filmic curve, sRGB encoding, dither.
+#ifndef NEPHELE_SHARED_TONEMAP_H
+#define NEPHELE_SHARED_TONEMAP_H
+
+#include "hash.h"
+
+NEPHELE_SHARED_BEGIN
+
+// Exposure 0 EV: scene value per radiance, with the sun's irradiance at the top of the atmosphere as unit. At noon a
+// cumulus in full sun (radiance 0.25) comes out white, the clear sky a middle blue, and grass at about its albedo.
+NEPHELE_CONST(float, kBaseExposure, 7.5f);
+
+// Film is more colourful than the eye's colorimetry; this is the usual gain of a photographic print.
+NEPHELE_CONST(float, kPrintSaturation, 1.15f);
+
+// Own filmic curve, per channel, so that a bright colour bleaches on its way to white. Toe x^2 / (x + toe), which is
+// x - toe from the middle on and deepens the darks; above the knee the rest of the way to 1 as 1 - exp, slope continuous.
+NEPHELE_CONST(float, kFilmToe, 0.03f);
+NEPHELE_CONST(float, kFilmKnee, 0.30f);
+
+NEPHELE_FN float film_curve(float x) {
+  if (x <= kFilmKnee) return x * x / (x + kFilmToe);
+  float knee = kFilmKnee * kFilmKnee / (kFilmKnee + kFilmToe);
+  float slope = kFilmKnee * (kFilmKnee + 2.0f * kFilmToe) / ((kFilmKnee + kFilmToe) * (kFilmKnee + kFilmToe));
+  return knee + (1.0f - knee) * (1.0f - exp(-slope * (x - kFilmKnee) / (1.0f - knee)));
+}
+
+// Linear display values in [0, 1] of an exposed scene value.
+NEPHELE_FN vec3 tone_map(vec3 scene) {
+  float luminance = 0.2126f * scene.x + 0.7152f * scene.y + 0.0722f * scene.z;
+  vec3 print = max(vec3(0.0f), mix(vec3(luminance), scene, kPrintSaturation));
+  return vec3(film_curve(print.x), film_curve(print.y), film_curve(print.z));
+}
+
+NEPHELE_FN float srgb_from_linear(float x) {
+  return x <= 0.0031308f ? 12.92f * x : 1.055f * pow(x, 1.0f / 2.4f) - 0.055f;
+}
+
+// sRGB code values in [0, 1] with triangular noise of one 8-bit step against banding, the same in every frame; black
+// stays black.
+NEPHELE_CONST(uint, kDitherSeed, 0x646974u);
+
+NEPHELE_FN float dithered_code(float linear, float noise) {
+  float code = srgb_from_linear(linear);
+  return clamp(code + noise * min(1.0f / 255.0f, code), 0.0f, 1.0f);
+}
+
+NEPHELE_FN vec3 display_color(vec3 radiance, float exposure, uvec2 pixel) {
+  vec3 linear = tone_map(radiance * (exposure * kBaseExposure));
+  uint hash = hash_uvec2(pixel, kDitherSeed);
+  float noise = unit_float(hash) + unit_float(hash_uint(hash)) - 1.0f;
+  return vec3(dithered_code(linear.x, noise), dithered_code(linear.y, noise), dithered_code(linear.z, noise));
+}
+
+NEPHELE_SHARED_END
+
+#endif
