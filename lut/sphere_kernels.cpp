@@ -5,10 +5,10 @@
 
 #include "engine/check.h"
 
-// One binary for every x86: the loader picks the widest variant. Sanitizers cannot instrument that choice.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+// One binary for every x86-64: the loader picks the widest variant by CPU feature. Sanitizers cannot instrument that choice.
+#if defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
-#define NEPHELE_KERNEL __attribute__((target_clones("arch=skylake-avx512", "arch=haswell", "default")))
+#define NEPHELE_KERNEL __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define NEPHELE_KERNEL
 #endif
@@ -18,25 +18,33 @@ namespace nephele {
 
 namespace {
 
+// All modes of one place as a single vector, whatever the register width: the compiler splits it as it must.
 template <int Modes>
-NEPHELE_INLINE void trace_rays_body(int rays, int points, const float* __restrict slice, int row_floats,
-                                    const float* __restrict cosines, const RayPoint* __restrict point,
-                                    float* __restrict values) {
+struct Lanes {
+  typedef float Vector __attribute__((vector_size(Modes * sizeof(float))));
+  typedef float Memory __attribute__((vector_size(Modes * sizeof(float)), aligned(sizeof(float)), may_alias));
+};
+
+template <int Modes>
+NEPHELE_INLINE void trace_rays_body(int rays, int points, const float* slice, int row_floats, const float* cosines,
+                                    const RayPoint* point, float* values) {
+  using Vector = typename Lanes<Modes>::Vector;
+  using Memory = typename Lanes<Modes>::Memory;
   for (int b = 0; b < rays; ++b) {
-    float sum[Modes] = {};
+    Vector sum{};
     for (int k = 0; k < points; ++k, ++point) {
-      float value[Modes] = {};
       const float* corner = slice + point->offset;
+      Vector value{};
       for (int i = 0; i < 4; ++i, corner += row_floats) {
-        for (int j = 0; j < 4; ++j) {
-          const float weight = point->radius_weights[i] * point->theta_weights[j];
-          for (int m = 0; m < Modes; ++m) value[m] += weight * corner[j * Modes + m];
-        }
+        const Memory* row = reinterpret_cast<const Memory*>(corner);
+        value += point->radius_weights[i] *
+                 (point->theta_weights[0] * row[0] + point->theta_weights[1] * row[1] +
+                  point->theta_weights[2] * row[2] + point->theta_weights[3] * row[3]);
       }
       const int place = static_cast<int>(point->cosine_at);
       const float f = point->cosine_at - static_cast<float>(place);
-      const float* c = cosines + place * Modes;
-      for (int m = 0; m < Modes; ++m) sum[m] += value[m] * (c[m] + f * (c[m + Modes] - c[m]));
+      const Memory* cosine = reinterpret_cast<const Memory*>(cosines + place * Modes);
+      sum += value * (cosine[0] + f * (cosine[1] - cosine[0]));
     }
     float total = 0;
     for (int m = 0; m < Modes; ++m) total += sum[m];
@@ -45,34 +53,44 @@ NEPHELE_INLINE void trace_rays_body(int rays, int points, const float* __restric
 }
 
 template <int Modes>
-NEPHELE_INLINE void multiply_opacity_body(int nodes, const float* __restrict lambda, const float* __restrict opacity,
-                                          float* __restrict radiance) {
+NEPHELE_INLINE void multiply_opacity_body(int nodes, const float* lambda, const float* opacity, float* radiance) {
+  using Vector = typename Lanes<Modes>::Vector;
+  using Memory = typename Lanes<Modes>::Memory;
   for (int f = 0; f < nodes; ++f, lambda += Modes, opacity += 2 * Modes, radiance += Modes) {
     // cos(m b) cos(k b) = (cos((m + k) b) + cos((m - k) b)) / 2: even[] is the opacity's series mirrored around 0.
     float even[2 * Modes];
-    for (int k = 0; k < Modes; ++k) even[Modes + k] = even[Modes - k] = opacity[k];
+    for (int k = 1; k < Modes; ++k) even[Modes + k] = even[Modes - k] = opacity[k];
     even[Modes] = 2 * opacity[0];
     even[0] = 0;
-    float product[Modes] = {};
+    Vector product{};
     float mean = lambda[0] * opacity[0];
     for (int m = 1; m < Modes; ++m) mean += 0.5f * lambda[m] * opacity[m];
     for (int m = 0; m < Modes; ++m) {
-      const float half = 0.5f * lambda[m];
-      for (int n = 0; n < Modes; ++n) product[n] += half * (even[Modes + n - m] + opacity[n + m]);
+      const Memory& down = *reinterpret_cast<const Memory*>(even + Modes - m);
+      const Memory& up = *reinterpret_cast<const Memory*>(opacity + m);
+      product += 0.5f * lambda[m] * (down + up);
     }
-    for (int n = 0; n < Modes; ++n) radiance[n] = product[n];
+    *reinterpret_cast<Memory*>(radiance) = product;
     radiance[0] = mean;
   }
 }
 
 template <int Modes>
-NEPHELE_INLINE void multiply_phase_body(int rows, int columns, const float* __restrict matrix,
-                                        const float* __restrict radiance, float* __restrict result) {
+NEPHELE_INLINE void multiply_phase_body(int rows, int columns, const float* matrix, const float* radiance, float* result) {
+  using Vector = typename Lanes<Modes>::Vector;
+  using Memory = typename Lanes<Modes>::Memory;
+  const Memory* from = reinterpret_cast<const Memory*>(radiance);
+  const Memory* factor = reinterpret_cast<const Memory*>(matrix);
   for (int i = 0; i < rows; ++i) {
-    float sum[Modes] = {};
-    for (int j = 0; j < columns; ++j, matrix += Modes)
-      for (int m = 0; m < Modes; ++m) sum[m] += matrix[m] * radiance[j * Modes + m];
-    for (int m = 0; m < Modes; ++m) result[i * Modes + m] = sum[m];
+    Vector even{}, odd{};
+    int j = 0;
+    for (; j + 2 <= columns; j += 2) {
+      even += factor[j] * from[j];
+      odd += factor[j + 1] * from[j + 1];
+    }
+    if (j < columns) even += factor[j] * from[j];
+    factor += columns;
+    *reinterpret_cast<Memory*>(result + i * Modes) = even + odd;
   }
 }
 

@@ -1,9 +1,24 @@
 // The hot loops of the sphere solver, compiled for several instruction sets and chosen at run time.
 #pragma once
 
+#include <cstddef>
+#include <new>
 #include <vector>
 
 namespace nephele {
+
+// Vectors of modes start on cache lines: a load then never touches two.
+template <class T>
+struct LineAllocator {
+  using value_type = T;
+  LineAllocator() = default;
+  template <class U>
+  LineAllocator(const LineAllocator<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t{64})); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t{64}); }
+  bool operator==(const LineAllocator&) const { return true; }
+};
+using AlignedFloats = std::vector<float, LineAllocator<float>>;
 
 // Where along a ray J is read: cubic stencil of 4 radii x 4 thetas inside one polar slice, and the azimuth.
 struct RayPoint {
@@ -21,8 +36,8 @@ struct CosineTable {
   // Offset in `samples` of the cosines at psi = pi (b + 0.5) / azimuths, azimuths = modes.
   int exact(int azimuths, int b) const { return b * azimuths; }
 
-  std::vector<float> entries;  // [place][mode]
-  std::vector<float> samples;  // [azimuth][mode]
+  AlignedFloats entries;  // [place][mode]
+  AlignedFloats samples;  // [azimuth][mode]
 };
 
 // values[b] = sum over the points of ray b of the interpolated J times the azimuth's cosines. modes: 8 or 16.

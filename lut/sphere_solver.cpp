@@ -122,7 +122,7 @@ struct SphereSolution::State {
   void apply(const float* source, float* scattered);
   void fill_slice(const float* source, int polar, float* slice) const;
   RayPoint locate(double x, double y, double z, double azimuth) const;
-  void scatter_cell(int cell, const float* fine_lambda, const std::vector<float>& matrix, float* scattered) const;
+  void scatter_cell(int cell, const float* fine_lambda, const AlignedFloats& matrix, float* scattered) const;
 
   SphereProblem problem;
   SphereGrid grid;
@@ -132,11 +132,11 @@ struct SphereSolution::State {
   ExponentialRules ray_rules, gather_rules;
   CosineTable cosines;
   std::vector<RayPoint> rays;          // [polar][radius][theta][azimuth][point]
-  std::vector<float> opacity_modes;    // [radius][theta][fine polar][2 modes]: of 1 - exp(-T)
-  std::vector<float> phase_matrix;     // [polar][fine polar][mode]
-  std::vector<float> beam_matrix;      // the same, with the beam's phase function inside the integral
-  std::vector<float> lambda;           // [radius][theta][polar][mode], scratch
-  std::vector<float> slices;           // J with ghosts: [polar][radius][theta + 2][mode]
+  AlignedFloats opacity_modes;         // [radius][theta][fine polar][2 modes]: of 1 - exp(-T)
+  AlignedFloats phase_matrix;          // [polar][fine polar][mode]
+  AlignedFloats beam_matrix;           // the same, with the beam's phase function inside the integral
+  AlignedFloats lambda;                // [radius][theta][polar][mode], scratch
+  AlignedFloats slices;                // J with ghosts: [polar][radius][theta + 2][mode]
   int applications = 0;
   double residual = 0;
 };
@@ -296,11 +296,11 @@ void SphereSolution::State::build_phase_matrices() {
 }
 
 // One (radius, theta): multiplies Lambda on the fine polar nodes by the opacity and applies a phase matrix.
-void SphereSolution::State::scatter_cell(int cell, const float* fine_lambda, const std::vector<float>& matrix,
+void SphereSolution::State::scatter_cell(int cell, const float* fine_lambda, const AlignedFloats& matrix,
                                          float* scattered) const {
   const int modes = grid.modes;
-  std::array<float, 16 * 128> radiance;
-  std::array<float, 16 * 48> result;
+  alignas(64) std::array<float, 16 * 128> radiance;
+  alignas(64) std::array<float, 16 * 48> result;
   multiply_opacity(modes, fine_polars, fine_lambda,
                    &opacity_modes[static_cast<std::size_t>(cell) * fine_polars * 2 * modes], radiance.data());
   multiply_phase(modes, grid.polars, fine_polars, matrix.data(), radiance.data(), result.data());
@@ -398,7 +398,7 @@ void SphereSolution::State::apply(const float* source, float* scattered) {
   }();
   parallel_for(grid.radii * grid.thetas, [&](int cell) {
     const float* coarse = &lambda[static_cast<std::size_t>(cell) * grid.polars * modes];
-    std::array<float, 16 * 128> fine;
+    alignas(64) std::array<float, 16 * 128> fine;
     const int last = grid.polars - 1;
     for (int f = 0; f < fine_polars; ++f) {
       const int base = f / kRefine, k = f % kRefine;
