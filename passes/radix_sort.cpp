@@ -8,14 +8,16 @@ namespace {
 
 constexpr std::uint32_t kLocalSize = 32;
 
-// Pairs a thread handles: long runs keep the table of counts small, short ones fill a wide device. A few hundred
-// threads saturate a CPU's cores and vector lanes.
-std::uint32_t run_length(const Device& device) {
-  return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU ? 512 : 128;
+// Each thread sorts an equal run of the pairs. A few hundred threads saturate a CPU's cores and vector lanes and keep
+// the table of counts in its cache; a GPU wants thousands. Short runs would make that table longer than the data.
+std::uint32_t thread_count(const Device& device, std::uint32_t capacity) {
+  const bool cpu = device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  const std::uint32_t run = cpu ? 512 : 128, most = cpu ? 256 : 8192;
+  return std::clamp((capacity + run - 1) / run, 1u, most);
 }
 
 struct Push {
-  std::uint32_t count_index, capacity, run, threads, shift, digit_mask;
+  std::uint32_t count_index, capacity, threads, shift, digit_mask;
 };
 
 }  // namespace
@@ -24,8 +26,7 @@ RadixSort::RadixSort(Device& device, const std::string& name, std::uint32_t capa
     : histogram_(device, shaders::radix_histogram_comp),
       scatter_(device, shaders::radix_scatter_comp),
       capacity_(std::max(capacity, 1u)),
-      run_(run_length(device)),
-      threads_((capacity_ + run_ - 1) / run_),
+      threads_(thread_count(device, capacity_)),
       scan_(device, threads_ << kMaxDigitBits),
       counts_(device, name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t)),
       total_(device, name + "_total", sizeof(std::uint32_t)) {
@@ -49,7 +50,7 @@ RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, c
   int from = 0;
   for (std::uint32_t shift = 0; shift < key_bits; shift += digit_bits, from ^= 1) {
     const std::uint32_t bits = std::min(digit_bits, key_bits - shift);
-    const Push push{static_cast<std::uint32_t>(count_offset_bytes / sizeof(std::uint32_t)), capacity_, run_, threads_, shift,
+    const Push push{static_cast<std::uint32_t>(count_offset_bytes / sizeof(std::uint32_t)), capacity_, threads_, shift,
                     (1u << bits) - 1u};
     frame.fill(name, counts_, 0);
     frame.compute({.name = name,

@@ -1,8 +1,8 @@
 // Stable least-significant-digit radix sort of (uint key, uint value) pairs whose number only the device knows.
 //
 // reads -> writes: keys(), values(), a count -> the sorted pairs
-// cost: ceil(key_bits / 8) rounds; each reads the pairs twice, writes them once and scans one table of counts,
-// 2^digit_bits for every kRun of capacity. No barrier inside a shader and no atomics: every thread works through its
+// cost: ceil(key_bits / 8) rounds; each reads the pairs twice, writes them once and scans one table of 2^digit_bits
+// counts a thread, the same however many pairs there are. No barrier inside a shader and no atomics: every thread works through its
 // own run of pairs, so the result is the same on every device (the stable order is unique).
 #pragma once
 
@@ -36,7 +36,7 @@ class RadixSort {
   static constexpr std::uint32_t kMaxDigitBits = 8;
 
   ComputeKernel histogram_, scatter_;
-  std::uint32_t capacity_, run_, threads_;
+  std::uint32_t capacity_, threads_;
   PrefixSum scan_;
   Buffer keys_[2], values_[2];
   Buffer counts_;  // by digit, then by thread

@@ -13,7 +13,6 @@ layout(scalar, set = 0, binding = 5) readonly buffer Count { uint key_count[]; }
 layout(push_constant) uniform Push {
   uint count_index;
   uint capacity;
-  uint run;
   uint threads;
   uint shift;
   uint digit_mask;
@@ -23,6 +22,7 @@ void main() {
   const uint thread = gl_GlobalInvocationID.x;
   if (thread >= threads) return;
   const uint count = min(key_count[count_index], capacity);
+  const uint run = (count + threads - 1u) / threads;
   const uint end = min((thread + 1u) * run, count);
   for (uint i = thread * run; i < end; ++i) {
     const uint key = keys_in[i];

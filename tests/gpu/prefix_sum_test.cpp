@@ -5,7 +5,7 @@
 #include <random>
 
 #include "passes/prefix_sum.h"
-#include "tests/support/support.h"
+#include "tests/support/test_device.h"
 
 using namespace nephele;
 using nephele::test::test_device;

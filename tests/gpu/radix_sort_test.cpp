@@ -6,7 +6,7 @@
 #include <random>
 
 #include "passes/radix_sort.h"
-#include "tests/support/support.h"
+#include "tests/support/test_device.h"
 
 using namespace nephele;
 using nephele::test::test_device;

@@ -1,0 +1,25 @@
+// The clouds' shadow: transmittance towards the sun in warped light space, for the ground and for light shafts.
+//
+// reads -> writes: frame constants, light tiles -> RGBA16F image of (kLightTiles * texels_per_tile)^2: opacity, and
+// multiplied by it the warped w of the clouds' top, mean and bottom (shaders/light.glsl has the look-up)
+// cost: every texel walks its tile's list until the light is gone.
+#pragma once
+
+#include "passes/light_tiles.h"
+
+namespace nephele {
+
+class CloudShadow {
+ public:
+  // texels_per_tile: 1, 2, 4 or 8. Near the camera a tile is some 130 m wide.
+  CloudShadow(Device& device, std::uint32_t texels_per_tile);
+
+  const Image& add(FrameBuilder& frame, const Buffer& constants, const LightTileLists& tiles);
+
+ private:
+  ComputeKernel kernel_;
+  std::uint32_t side_;
+  Image shadow_;
+};
+
+}  // namespace nephele

@@ -1,0 +1,25 @@
+// Order of drawing: back to front by the true distance of the drawn centres, equal ones by slot ([Yusov14] 5.2 sorts
+// cells on the CPU; here the particles themselves are sorted on the device).
+//
+// reads -> writes: particles, visible list, counters -> draw order
+// cost: a 24-bit radix sort (three rounds) of the visible particles.
+#pragma once
+
+#include "passes/radix_sort.h"
+
+namespace nephele {
+
+class ViewSort {
+ public:
+  ViewSort(Device& device, std::uint32_t visible_capacity);
+
+  // Returns the draw order: slots, that is indices into the visible list and into the lights, farthest first.
+  // counters is a FrameCounters.
+  const Buffer& add(FrameBuilder& frame, const Buffer& particles, const Buffer& visible, const Buffer& counters);
+
+ private:
+  ComputeKernel keys_;
+  RadixSort sort_;
+};
+
+}  // namespace nephele

@@ -1,0 +1,66 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// variants: - air=WITH_AIR
+#include "shared/light.h"
+
+// [Yusov14] 5.3 step 2: the sunlight that reaches each visible particle. The depth is sampled at a tetrahedron inside
+// the particle rather than at its centre alone, for its mean and its gradient.
+layout(local_size_x = 64) in;
+
+layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+layout(scalar, set = 0, binding = 1) readonly buffer Particles { Particle particles[]; };
+layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
+layout(scalar, set = 0, binding = 3) readonly buffer Counters { FrameCounters counters; };
+layout(scalar, set = 0, binding = 4) readonly buffer Occluders { Occluder occluders[]; };
+layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
+layout(scalar, set = 0, binding = 6) readonly buffer List { uint list[]; };
+layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
+#ifdef WITH_AIR
+layout(set = 0, binding = 8) uniform sampler2D transmittance;
+#endif
+
+#include "atmosphere.glsl"
+#include "occlusion.glsl"
+
+vec3 sun_irradiance(vec3 p_render_m) {
+  const float altitude = altitude_m(p_render_m, frame.camera_grid_m.z);
+  const float cos_zenith = sun_cos_zenith_at(p_render_m, frame);
+#ifdef WITH_AIR
+  return sun_irradiance_at(transmittance, frame, altitude, cos_zenith);
+#else
+  return frame.sun_irradiance * sun_visibility(max(0.0, altitude), cos_zenith);
+#endif
+}
+
+void main() {
+  const uint slot = gl_GlobalInvocationID.x;
+  if (slot >= counters.visible_count) return;
+  const uint self = visible[slot];
+  const Particle particle = particles[self];
+
+  ParticleLight light;
+  light.sun_irradiance = vec3(0.0);
+  light.tau_sun = 0.0;
+  light.tau_gradient_per_m = vec3(0.0);
+  light.tau_smooth = 0.0;
+  if ((particle.flags & kParticleEmissive) == 0u) {
+    light.sun_irradiance = sun_irradiance(particle.center_m);
+    if (any(greaterThan(light.sun_irradiance, vec3(0.0)))) {
+      vec3 points_m[4];
+      for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * tetrahedron_corner(j));
+      float depths[4], extinctions[4];
+      sun_depths(points_m, self, depths, extinctions);
+
+      vec3 slope = vec3(0.0);
+      for (uint j = 0u; j < 4u; ++j) {
+        light.tau_sun += 0.25 * depths[j];
+        slope += depths[j] * tetrahedron_corner(j);
+      }
+      slope *= 0.75 / kDepthSampleRadius;
+      light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
+      light.tau_smooth = light.tau_sun;
+    }
+  }
+  lights[slot] = light;
+}
