@@ -12,13 +12,12 @@
 
 namespace nephele {
 
-// Binding 12 of composite.comp wants light-space coordinates as shared/light.h defines them.
 struct CompositeInputs {
   const Buffer* frame_constants = nullptr;
   const AtmosphereTables* atmosphere = nullptr;  // null: black sky, no haze
   const Image* cloud_color = nullptr;            // full size: radiance times opacity, transmittance; null: no clouds
   const Image* cloud_depth = nullptr;            // full size: metres to the first matter, +inf without
-  const Image* cloud_shadow = nullptr;           // red: sunlight left below all clouds; null: no shadows
+  const Image* cloud_shadow = nullptr;           // as passes/cloud_shadow.h makes it; null: no shadows
 };
 
 class CompositePass {

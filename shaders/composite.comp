@@ -5,9 +5,9 @@
 // The final image: sky, sun and ground; the cloud layer over them through the air between; exposure and tone map.
 #include "shared/atmosphere_tables.h"
 #include "shared/ground.h"
-#include "shared/light.h"
 #include "shared/tonemap.h"
 #include "shared/types.h"
+#include "light.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };
@@ -29,7 +29,7 @@ layout(set = 0, binding = 11) uniform sampler3D aerial_transmittance;
 #endif
 #endif
 #ifdef SHADOW
-layout(set = 0, binding = 12) uniform sampler2D cloud_shadow;  // transmittance along the sun ray, light-space tiles
+layout(set = 0, binding = 12) uniform sampler2D cloud_shadow_map;  // see light.glsl
 #endif
 // The camera's place in the world's grid (FrameConstants has it in the clouds', which drift).
 layout(push_constant, scalar) uniform Push {
@@ -37,29 +37,16 @@ layout(push_constant, scalar) uniform Push {
   vec2 camera_ground_m;
 };
 
-vec3 direction_at(vec2 pixel) {
-  vec2 ndc = pixel * 2.0 / vec2(frame.image_size_px) - 1.0;
-  return normalize((frame.render_from_clip * vec4(ndc, 1.0, 1.0)).xyz);
-}
+#include "camera_rays.glsl"
 
-// Share of the sunlight that the clouds let through to a point below all of them.
-float shadow_at(vec3 p_render_m) {
-#ifdef SHADOW
-  vec2 uv = light_uv((frame.light_from_render * p_render_m).xy, frame.view_distance_m);
-  if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) return 1.0;
-  return clamp(textureLod(cloud_shadow, uv, 0.0).r, 0.0, 1.0);
-#else
-  return 1.0;
-#endif
-}
-
-// The sun's disc, per unit of its irradiance, before the air; its edge is as soft as a pixel is wide.
+// The sun's disc, per unit of its irradiance, before the air. Its edge is as soft as a pixel is wide, and a disc
+// smaller than a pixel is drawn as large as one: both keep its power.
 vec3 sun_disc(vec3 direction, float pixel_rad) {
-  float radius = frame.sun_angular_radius_rad;
+  float radius = max(frame.sun_angular_radius_rad, 0.6 * pixel_rad);
   float x = length(direction - frame.sun_direction) / radius;
   float edge = pixel_rad / radius;
   if (x >= 1.0 + 0.5 * edge) return vec3(0.0);
-  float cover = (1.0 - smoothstep(1.0 - 0.5 * edge, 1.0 + 0.5 * edge, x)) / (1.0 + 0.05 * edge * edge);  // keeps its power
+  float cover = (1.0 - smoothstep(1.0 - 0.5 * edge, 1.0 + 0.5 * edge, x)) / (1.0 + 0.05 * edge * edge);
   return cover * limb_darkening(min(x, 1.0)) / (kPi * radius * radius);
 }
 
@@ -79,16 +66,21 @@ vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixe
 vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad) {
   float mu = min(direction.z, horizon_mu);
   float distance_m = ground_distance(altitude_m, mu);
-  vec3 p = direction * distance_m;
+  vec3 p_m = direction * distance_m;
+#ifdef SHADOW
+  float sunlit = cloud_shadow(cloud_shadow_map, frame, p_m);
+#else
+  float sunlit = 1.0;
+#endif
   float sun_mu = cosine_along_ray(altitude_m, mu, distance_m, frame.sun_direction.z, dot(direction, frame.sun_direction));
   // The pixel's longer side on the ground; finite at the horizon, where it ends.
   float footprint_m = max(distance_m * pixel_rad, 2.0 * (distance_m - ground_distance(altitude_m, mu - 0.5 * pixel_rad)));
-  vec2 ground_m = grid_from_render(p, vec3(camera_ground_m, altitude_m)).xy;
+  vec2 ground_m = grid_from_render(p_m, vec3(camera_ground_m, altitude_m)).xy;
   vec3 albedo = clamp(frame.ground_albedo * ground_variation(ground_m, ground_origin_index, footprint_m), 0.0, 1.0);
 #ifdef VACUUM
-  return albedo / kPi * max(0.0, sun_mu) * sun_visibility(0.0, sun_mu) * shadow_at(p);
+  return albedo / kPi * max(0.0, sun_mu) * sun_visibility(0.0, sun_mu) * sunlit;
 #else
-  vec3 irradiance = sun_transmittance(transmittance, 0.0, sun_mu) * (max(0.0, sun_mu) * shadow_at(p)) +
+  vec3 irradiance = sun_transmittance(transmittance, 0.0, sun_mu) * (max(0.0, sun_mu) * sunlit) +
                     sky_irradiance_from_above(sky_irradiance, 0.0, sun_mu);
   return albedo / kPi * irradiance * view_transmittance_lookup(view_transmittance, mu, horizon_mu, true) +
          sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, true);
@@ -98,8 +90,8 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
 void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= frame.image_size_px.x || pixel.y >= frame.image_size_px.y) return;
-  vec3 direction = direction_at(vec2(pixel) + 0.5);
-  float pixel_rad = length(direction_at(vec2(pixel) + vec2(0.5, 1.5)) - direction);
+  vec3 direction = pixel_direction(vec2(pixel) + 0.5, frame.image_size_px);
+  float pixel_rad = length(pixel_direction(vec2(pixel) + vec2(0.5, 1.5), frame.image_size_px) - direction);
   float altitude_m = max(0.0, frame.camera_grid_m.z);
   float horizon_mu = horizon_cosine(altitude_m);
 
