@@ -1,5 +1,6 @@
 // nephele bake: the tables, to the cache or to a directory.
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -52,11 +53,22 @@ nlohmann::ordered_json describe(const Table& table) {
           {"metadata", nlohmann::ordered_json::parse(table.metadata)}};
 }
 
+// Whether the tables could be written there, found out before they are baked.
+Result<void> prepare_directory(const std::string& directory) {
+  if (directory.empty()) return {};
+  std::error_code failure;
+  std::filesystem::create_directories(directory, failure);
+  if (failure) return Error{directory + ": can't be created: " + failure.message()};
+  return check_writable(std::filesystem::path(directory) / "optical_depth.json");
+}
+
 Result<void> run_bake(const BakeOptions& options) {
   const Result<TableParameters> parameters = table_parameters(options);
   if (!parameters) return parameters.error();
   if (!options.stats.empty())
     if (auto writable = check_writable(options.stats); !writable) return writable;
+
+  if (auto ready = prepare_directory(options.out); !ready) return ready;
 
   const auto start = std::chrono::steady_clock::now();
   Progress progress(options.quiet);
@@ -79,7 +91,7 @@ Result<void> run_bake(const BakeOptions& options) {
 Command add_bake_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("bake", "Bake the scattering and optical-depth tables");
   const auto options = std::make_shared<BakeOptions>();
-  app->add_option("--out", options->out, "Directory for the tables; without it, the cache");
+  app->add_option("--out", options->out, "Directory for the tables; without it, the cache")->type_name("DIR");
   app->add_option("--preset", options->preset, "Sizes and accuracy to start from: default or fast")
       ->check(CLI::IsMember({"default", "fast"}))
       ->capture_default_str();
@@ -88,9 +100,11 @@ Command add_bake_command(CLI::App& program) {
   app->add_option("--g-single", options->g_single, "Asymmetry of single scattering");
   app->add_option("--g-multiple", options->g_multiple, "Asymmetry of the orders from the second on");
   app->add_option("--residual", options->residual, "Relative residual at which a solution counts as converged");
-  app->add_option("--size-optical-depth", options->optical_depth_size, "Vertices along a side of each octahedral map");
-  app->add_option("--size-scattering", options->scattering_size, "COSINESxCHORDSxDENSITIES");
-  app->add_option("--stats", options->stats, "Seconds, sizes and every parameter: .json");
+  app->add_option("--size-optical-depth", options->optical_depth_size, "Vertices along a side of each octahedral map")
+      ->type_name("N");
+  app->add_option("--size-scattering", options->scattering_size, "Texels along each axis")
+      ->type_name("COSINESxCHORDSxDENSITIES");
+  app->add_option("--stats", options->stats, "Seconds, sizes and every parameter: .json")->type_name("FILE");
   app->add_flag("--quiet", options->quiet, "No progress bar");
   return {app, [options] { return run_bake(*options); }};
 }

@@ -23,7 +23,7 @@ int complain(std::string message, int status) {
 int run(int argc, char** argv) {
   CLI::App program("Large sunlit cumulus skies, rendered with Vulkan.", "nephele");
   program.set_version_flag("--version", "nephele " NEPHELE_VERSION);
-  program.require_subcommand(1);
+  program.require_subcommand(0, 1);
   program.option_defaults()->take_last();  // an option given twice: scripts put defaults before what the user typed
   const std::vector<nephele::tools::Command> commands{
       nephele::tools::add_render_command(program),
@@ -36,11 +36,9 @@ int run(int argc, char** argv) {
     if (stop.get_exit_code() == 0) return program.exit(stop);  // --help, --version: to stdout
     return complain(std::string(stop.what()) + " (see --help)", kBadInput);
   }
-  for (const auto& command : commands) {
-    if (!command.app->parsed()) continue;
-    const nephele::Result<void> result = command.run();
-    if (!result) return complain(result.error().message, kBadInput);
-  }
+  const auto chosen = std::find_if(commands.begin(), commands.end(), [](const auto& c) { return c.app->parsed(); });
+  if (chosen == commands.end()) return complain("no command given (see --help)", kBadInput);
+  if (const auto result = chosen->run(); !result) return complain(result.error().message, kBadInput);
   if (const auto messages = nephele::Device::validation_messages(); messages > 0)
     return complain(std::to_string(messages) + " Vulkan validation messages", kInternalFailure);
   return kDone;

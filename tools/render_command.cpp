@@ -1,10 +1,12 @@
 // nephele render: headless frames of a scene to PNG or EXR files.
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 
 #include "engine/atomic_file.h"
 #include "engine/camera_path.h"
+#include "engine/check.h"
 #include "engine/device.h"
 #include "engine/image_io.h"
 #include "engine/scene.h"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr double kDefaultFramesPerS = 30.0;
 constexpr std::uint64_t kMaxFrames = 1000000;
+constexpr double kMaxTimeS = 1e9;
 
 // As typed.
 struct RenderOptions {
@@ -77,6 +80,8 @@ Result<RenderJob> prepare(const RenderOptions& options) {
   if (options.out.empty() && options.layers.empty() && options.stats.empty())
     return Error{"render has nothing to write; give --out, --layers or --stats"};
 
+  if (!(std::abs(options.time_s) <= kMaxTimeS))
+    return Error{concat("--time is ", options.time_s, "; accepted: a number from ", -kMaxTimeS, " to ", kMaxTimeS)};
   if (options.out == options.layers && !options.out.empty())
     return Error{"--out and --layers are both \"" + options.out + "\""};
 
@@ -172,31 +177,33 @@ Result<void> run_render(const RenderOptions& options) {
 Command add_render_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("render", "Render frames of a scene to PNG or EXR files");
   const auto options = std::make_shared<RenderOptions>();
-  app->add_option("--scene", options->scene, "Scene file (JSON); without it, a default sky");
-  app->add_option("--out", options->out, "Image: .png (tone-mapped sRGB) or .exr (linear R G B)");
-  app->add_option("--layers", options->layers, "Cloud layer alone: .exr with R G B T Z");
-  app->add_option("--stats", options->stats, "Times and counts: .json");
-  app->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
-  app->add_option("--quality", options->quality, "low, medium or high")
+  app->add_option("--scene", options->scene, "Scene file (JSON); without it, a default sky")->type_name("FILE");
+  app->add_option("--out", options->out, "Image: .png (tone-mapped sRGB) or .exr (linear R G B)")->type_name("FILE");
+  app->add_option("--layers", options->layers, "Cloud layer alone: .exr with R G B T Z")->type_name("FILE");
+  app->add_option("--stats", options->stats, "Times and counts: .json")->type_name("FILE");
+  app->add_option("--size", options->size, "Pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
+  app->add_option("--quality", options->quality, "Size of the cloud grid: rings, cells, layers")
       ->check(CLI::IsMember({"low", "medium", "high"}))
       ->capture_default_str();
-  app->add_option("--scale", options->scale, "Divisor of the cloud layer's resolution: 1, 2 or 4")
+  app->add_option("--scale", options->scale, "Divisor of the cloud layer's resolution")
       ->check(CLI::IsMember({1u, 2u, 4u}))
       ->capture_default_str();
-  app->add_option("--backend", options->backend, "Blending: auto, interlock, attachment or alpha")
+  app->add_option("--backend", options->backend, "How overlapping particles are blended (see nephele devices)")
       ->check(CLI::IsMember({"auto", "interlock", "attachment", "alpha"}))
       ->capture_default_str();
   app->add_option("--blend", options->blend, "volume: overlapping particles share their volume")
       ->check(CLI::IsMember({"volume"}))
       ->capture_default_str();
-  app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)");
-  app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache");
+  app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
+      ->type_name("NAME_OR_INDEX");
+  app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache")
+      ->type_name("DIR");
   app->add_option("--time", options->time_s, "Seconds the wind has blown at the first frame")
-      ->check(CLI::Range(-1e9, 1e9))
+      ->type_name("SECONDS")
       ->capture_default_str();
   app->add_option("--frames", options->frames, "Frames to render, 30 a second or the path's; names need %04d")
       ->check(CLI::Range(std::uint64_t{1}, kMaxFrames));
-  app->add_option("--path", options->path, "Camera path (JSON); without --frames, to its last key");
+  app->add_option("--path", options->path, "Camera path (JSON); without --frames, to its last key")->type_name("FILE");
   app->add_option("--warmup", options->warmup, "Frames rendered first, neither timed nor written")
       ->check(CLI::Range(std::uint64_t{0}, kMaxFrames))
       ->capture_default_str();

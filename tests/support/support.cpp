@@ -13,6 +13,28 @@
 #include "engine/check.h"
 
 namespace nephele::test {
+namespace {
+
+std::vector<std::string> merged_environment(const std::map<std::string, std::string>& changes) {
+  std::vector<std::string> variables;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string variable = *entry;
+    if (!changes.contains(variable.substr(0, variable.find('=')))) variables.push_back(variable);
+  }
+  for (const auto& [name, value] : changes) variables.push_back(name + '=' + value);
+  return variables;
+}
+
+// As exec wants them: null-terminated, pointing into the strings.
+std::vector<char*> pointers(std::vector<std::string>& strings) {
+  std::vector<char*> result;
+  for (std::string& text : strings) result.push_back(text.data());
+  result.push_back(nullptr);
+  return result;
+}
+
+}  // namespace
+
 TempDirectory::TempDirectory() {
   std::string name = (std::filesystem::temp_directory_path() / "nephele-test-XXXXXX").string();
   NEPHELE_CHECK(::mkdtemp(name.data()) != nullptr, name);
@@ -45,14 +67,14 @@ void write_file(const std::string& path, const std::string& text) {
   REQUIRE_MESSAGE(file.good(), path);
 }
 
-ProgramResult run_program(const std::vector<std::string>& arguments) {
+ProgramResult run_program(const std::vector<std::string>& arguments,
+                          const std::map<std::string, std::string>& environment) {
   const TempDirectory directory;
   const std::string out = directory / "out", err = directory / "err";
   std::vector<std::string> words{NEPHELE_PROGRAM};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  std::vector<std::string> variables = merged_environment(environment);
+  const std::vector<char*> argv = pointers(words), envp = pointers(variables);
 
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -60,7 +82,7 @@ ProgramResult run_program(const std::vector<std::string>& arguments) {
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT, 0600);
   pid_t child = 0;
-  const int spawned = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  const int spawned = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), envp.data());
   posix_spawn_file_actions_destroy(&actions);
   REQUIRE_MESSAGE(spawned == 0, argv[0]);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,8 @@ struct ProgramResult {
   std::string out, err;
 };
 
-// Runs build/nephele with the arguments, an empty standard input and this environment.
-ProgramResult run_program(const std::vector<std::string>& arguments);
+// Runs build/nephele with the arguments, an empty standard input and this process's environment, changed as given.
+ProgramResult run_program(const std::vector<std::string>& arguments,
+                          const std::map<std::string, std::string>& environment = {});
 
 }  // namespace nephele::test

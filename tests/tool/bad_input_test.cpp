@@ -1,0 +1,138 @@
+// Bad input as a user types it: exit status 2, exactly one line on stderr, nothing on stdout, no file left behind.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "tests/support/support.h"
+#include "tests/tool/program.h"
+
+using namespace nephele::test;
+
+namespace {
+
+// Runs in an empty directory; `mentions` are what the line must name.
+void expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& mentions) {
+  const ProgramResult result = run_program(arguments);
+  CAPTURE(arguments);
+  CAPTURE(result.err);
+  CHECK(result.status == 2);
+  CHECK(result.out.empty());
+  CHECK(result.err.starts_with("nephele: "));
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  for (const std::string& mention : mentions) CHECK_MESSAGE(result.err.find(mention) != std::string::npos, mention);
+}
+
+}  // namespace
+
+TEST_CASE("bad input: no command, unknown commands and options") {
+  expect_refusal({}, {"no command"});
+  expect_refusal({"paint"}, {"paint"});
+  expect_refusal({"render", "--colour"}, {"--colour"});
+  expect_refusal({"devices", "extra"}, {"extra"});
+  expect_refusal({"render", "--out"}, {"--out"});
+  expect_refusal({"bake", "--preset", "fancy"}, {"--preset", "fancy", "default"});
+  expect_refusal({"bake", "--phase", "mie"}, {"--phase", "mie", "hg"});
+}
+
+TEST_CASE("bad input: nothing to write") {
+  expect_refusal({"render"}, {"--out"});
+}
+
+TEST_CASE("bad input: option values out of range name the option, the value and what is accepted") {
+  const TempDirectory directory;
+  const std::string out = directory / "x.png";
+  const auto refuse = [&](const std::string& option, const std::string& value, const std::string& accepted) {
+    expect_refusal({"render", "--out", out, option, value}, {option, value, accepted});
+  };
+  for (const char* size : {"0x10", "10x0", "100000x1", "1x100000", "16384x16384", "64", "64x", "x64", "64x36x2", "-4x4",
+                           "4.5x4", "", "64X36", "99999999999x1"})
+    refuse("--size", size, "1 to 16384");
+  refuse("--scale", "3", "1,2,4");
+  refuse("--scale", "0", "1,2,4");
+  refuse("--quality", "ultra", "medium");
+  refuse("--backend", "magic", "attachment");
+  refuse("--blend", "none", "volume");
+  refuse("--frames", "0", "1 to 1000000");
+  refuse("--frames", "-1", "1 to 1000000");
+  refuse("--frames", "many", "1 to 1000000");
+  refuse("--warmup", "-1", "0 to 1000000");
+  refuse("--time", "nan", "-1e+09 to 1e+09");
+  refuse("--time", "2e+09", "-1e+09 to 1e+09");
+  expect_refusal({"bake", "--out", directory / "tables", "--g-multiple", "1"}, {"g_multiple", "0.95"});
+  expect_refusal({"bake", "--out", directory / "tables", "--size-scattering", "4x3"}, {"--size-scattering", "4x3"});
+  expect_refusal({"bake", "--out", directory / "tables", "--size-optical-depth", "1"}, {"optical_depth_size", "64"});
+  CHECK(directory.entries().empty());
+}
+
+TEST_CASE("bad input: unknown devices are answered with the known ones") {
+  const TempDirectory directory;
+  expect_refusal({"render", "--out", directory / "x.png", "--device", "Voodoo"}, {"Voodoo", "0 = "});
+  expect_refusal({"render", "--out", directory / "x.png", "--device", "99"}, {"99", "0 = "});
+  CHECK(directory.entries().empty());
+}
+
+TEST_CASE("bad input: outputs that can't be written are refused before any rendering") {
+  const TempDirectory directory;
+  write_file(directory / "file", "x");
+  expect_refusal({"render", "--out", directory / "none/x.png"}, {directory / "none/x.png", "can't be written"});
+  expect_refusal({"render", "--out", directory / "file/x.png"}, {directory / "file/x.png", "can't be written"});
+  expect_refusal({"render", "--out", directory / "x.jpg"}, {"--out", ".png or .exr"});
+  expect_refusal({"render", "--layers", directory / "x.png"}, {"--layers", ".exr"});
+  expect_refusal({"render", "--stats", directory / "none/x.json"}, {directory / "none/x.json", "can't be written"});
+  expect_refusal({"render", "--out", directory / "x.exr", "--layers", directory / "x.exr"}, {"--out", "--layers"});
+  expect_refusal({"render", "--out", directory / "x.png", "--frames", "2"}, {"--out", "%04d"});
+  expect_refusal({"bake", "--out", directory / "file/tables"}, {directory / "file/tables"});
+  CHECK(directory.entries() == std::vector<std::string>{"file"});
+}
+
+TEST_CASE("bad input: scene and path files") {
+  const TempDirectory directory;
+  const std::string out = directory / "x.png", scene = directory / "scene.json";
+  expect_refusal({"render", "--out", out, "--scene", scene}, {scene, "can't be opened"});
+  expect_refusal({"render", "--out", out, "--scene", directory.path().string()}, {"is a directory"});
+  const auto refuse_scene = [&](const std::string& text, const std::vector<std::string>& mentions) {
+    write_file(scene, text);
+    expect_refusal({"render", "--out", out, "--scene", scene}, mentions);
+  };
+  refuse_scene("{\n\"sun\": ", {scene, "not valid JSON"});
+  refuse_scene(R"({"clouds": {"coverge": 1}})", {scene, "clouds.coverge", "coverage"});
+  refuse_scene(R"({"clouds": {"coverage": 7}})", {scene, "clouds.coverage", "7", "0 to 1"});
+  refuse_scene(R"({"sun": {"azimuth_deg": "south"}})", {scene, "sun.azimuth_deg", "south"});
+  refuse_scene(R"({"exposure_ev": 1e999})", {scene, "1e999"});
+  refuse_scene("{\"sun\": 1, \"sun\": 2}", {scene, "sun", "twice"});
+  write_file(directory / "path.json", R"({"keys": []})");
+  expect_refusal({"render", "--out", out, "--path", directory / "path.json"}, {directory / "path.json", "keys"});
+  CHECK(directory.entries() == std::vector<std::string>{"path.json", "scene.json"});
+}
+
+TEST_CASE("bad input: damaged tables given with --tables") {
+  const TempDirectory directory;
+  const std::string out = directory / "x.png", tables = directory / "tables";
+  const auto refuse = [&](const std::vector<std::string>& mentions) {
+    expect_refusal({"render", "--size", "8x8", "--out", out, "--tables", tables}, mentions);
+  };
+  refuse({tables});
+
+  bake_small_tables(tables);
+  const std::string good = read_file(tables + "/multiple_scattering.npy");
+  std::string flipped = good;
+  flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 1);
+  for (const std::string& bad :
+       {flipped, good.substr(0, good.size() - 1), good + "x", std::string("not a table"), std::string()}) {
+    write_file(tables + "/multiple_scattering.npy", bad);
+    refuse({tables});
+  }
+  write_file(tables + "/multiple_scattering.npy", good);
+  write_file(tables + "/optical_depth.json", "{}");
+  refuse({tables + "/optical_depth.json"});
+  CHECK(directory.entries() == std::vector<std::string>{"tables"});
+}
+
+TEST_CASE("bad input: tables baked for another phase function than the scene's") {
+  const TempDirectory directory;
+  bake_small_tables(directory / "tables");
+  write_file(directory / "scene.json", R"({"phase": {"g": 0.5}})");
+  expect_refusal({"render", "--size", "8x8", "--out", directory / "x.png", "--tables", directory / "tables", "--scene",
+                  directory / "scene.json"},
+                 {directory / "tables", "0.85", "0.5"});
+}

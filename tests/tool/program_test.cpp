@@ -1,0 +1,205 @@
+// The program as a user runs it: help, devices, bake and small renders.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/image_io.h"
+#include "tests/support/support.h"
+#include "tests/tool/program.h"
+
+using namespace nephele;
+using namespace nephele::test;
+
+namespace {
+
+// Must succeed, and say nothing on stderr.
+ProgramResult run_quietly(const std::vector<std::string>& arguments,
+                          const std::map<std::string, std::string>& environment = {}) {
+  ProgramResult result = run_program(arguments, environment);
+  CAPTURE(arguments);
+  CHECK_MESSAGE(result.status == 0, result.err);
+  CHECK(result.err.empty());
+  return result;
+}
+
+// Compared out of doctest's sight, which would print them.
+bool same_bytes(const std::string& path_a, const std::string& path_b) {
+  return read_file(path_a) == read_file(path_b);
+}
+
+// The small tables, baked once.
+const std::string& small_tables() {
+  static const TempDirectory directory;
+  static const std::string tables = [] {
+    bake_small_tables(directory / "tables");
+    return directory / "tables";
+  }();
+  return tables;
+}
+
+std::vector<std::string> small_render(std::vector<std::string> more) {
+  std::vector<std::string> arguments{"render", "--size", "64x36", "--quality", "low", "--tables", small_tables()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+}  // namespace
+
+TEST_CASE("program: help and version go to stdout") {
+  CHECK(run_quietly({"--version"}).out == "nephele 0.1.0\n");
+  const std::string help = run_quietly({"--help"}).out;
+  for (const char* command : {"render", "bake", "devices"}) {
+    CHECK(help.find(command) != std::string::npos);
+    CHECK(run_quietly({command, "--help"}).out.find("Usage: nephele " + std::string(command)) != std::string::npos);
+  }
+}
+
+TEST_CASE("program: devices names a device and its backend") {
+  const std::string out = run_quietly({"devices"}).out;
+  CHECK(out.starts_with("0  "));
+  CHECK(out.find("backend: ") != std::string::npos);
+}
+
+TEST_CASE("program: bake writes two tables, the same bytes every time") {
+  const TempDirectory directory;
+  const std::vector<std::string> files{"multiple_scattering.json", "multiple_scattering.npy", "optical_depth.json",
+                                       "optical_depth.npy"};
+  const std::vector<std::string> bake{"bake",  "--preset",   "fast", "--size-optical-depth", "4", "--size-scattering",
+                                      "4x3x4", "--residual", "0.01"};
+  auto with_stats = bake;
+  with_stats.insert(with_stats.end(), {"--out", directory / "a", "--stats", directory / "stats.json"});
+  run_quietly(with_stats);
+  bake_small_tables(directory / "b");
+  CHECK(directory.entries() == std::vector<std::string>{"a", "b", "stats.json"});
+  for (const std::string& file : files) CHECK(same_bytes(directory / ("a/" + file), directory / ("b/" + file)));
+  const auto stats = nlohmann::json::parse(read_file(directory / "stats.json"));
+  REQUIRE(stats.at("tables").size() == 2);
+  CHECK(stats["tables"][0].at("name") == "optical_depth");
+  CHECK(stats["tables"][0].at("shape") == nlohmann::json{16, 4, 4, 2});
+  CHECK(stats["tables"][1].at("shape") == nlohmann::json{4, 3, 4, 4});
+}
+
+TEST_CASE("program: a damaged table in the cache is reported and baked again") {
+  const TempDirectory directory;
+  const std::map<std::string, std::string> environment{{"XDG_CACHE_HOME", directory.path().string()}};
+  const std::vector<std::string> bake{"bake",  "--preset",   "fast", "--size-optical-depth", "4", "--size-scattering",
+                                      "4x3x4", "--residual", "0.01"};
+  run_quietly(bake, environment);
+  std::string damaged;
+  for (const auto& entry : std::filesystem::directory_iterator(directory / "nephele"))
+    if (entry.path().filename().string().starts_with("optical_depth") && entry.path().extension() == ".npy")
+      damaged = entry.path().string();
+  REQUIRE_FALSE(damaged.empty());
+  const std::string good = read_file(damaged);
+  write_file(damaged, good.substr(0, good.size() / 2));
+
+  const ProgramResult result = run_program(bake, environment);
+  CHECK(result.status == 0);
+  CHECK(result.err.find("optical_depth") != std::string::npos);
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  const bool restored = read_file(damaged) == good;
+  CHECK(restored);
+  run_quietly(bake, environment);
+}
+
+TEST_CASE("program: a small render as PNG, EXR, layers and statistics") {
+  const TempDirectory directory;
+  run_quietly(small_render({"--out", directory / "a.png"}));
+  run_quietly(small_render({"--out", directory / "a.exr", "--layers", directory / "layers.exr", "--stats",
+                            directory / "stats.json", "--warmup", "1"}));
+  CHECK(directory.entries() == std::vector<std::string>{"a.exr", "a.png", "layers.exr", "stats.json"});
+
+  CHECK(read_file(directory / "a.png").starts_with("\x89PNG\r\n\x1a\n"));
+
+  const Result<ImageF> image = read_exr(directory / "a.exr");
+  if (!image) FAIL(image.error().message);
+  CHECK(image->width == 64);
+  CHECK(image->height == 36);
+  CHECK(image->channels == std::vector<std::string>{"B", "G", "R"});
+  CHECK(std::all_of(image->data.begin(), image->data.end(), [](float x) { return std::isfinite(x) && x >= 0; }));
+  CHECK(std::any_of(image->data.begin(), image->data.end(), [](float x) { return x > 0.001f; }));
+
+  const Result<ImageF> layers = read_exr(directory / "layers.exr");
+  if (!layers) FAIL(layers.error().message);
+  CHECK(layers->channels == std::vector<std::string>{"B", "G", "R", "T", "Z"});
+  const std::size_t t = *layers->channel_index("T"), z = *layers->channel_index("Z");
+  int cloudy = 0, transmittance_outside = 0, distance_missing = 0;
+  for (std::uint32_t y = 0; y < layers->height; ++y)
+    for (std::uint32_t x = 0; x < layers->width; ++x) {
+      const float transmittance = layers->at(x, y, t), distance_m = layers->at(x, y, z);
+      if (!(transmittance >= 0 && transmittance <= 1)) ++transmittance_outside;
+      if (transmittance < 0.5f) ++cloudy;
+      if (!(distance_m > 0) || (transmittance < 0.5f && !std::isfinite(distance_m))) ++distance_missing;
+    }
+  CHECK(cloudy > 0);
+  CHECK(transmittance_outside == 0);
+  CHECK(distance_missing == 0);
+
+  const auto stats = nlohmann::json::parse(read_file(directory / "stats.json"));
+  for (const char* key :
+       {"device", "driver", "width", "height", "scale", "quality", "backend", "blend", "particles_generated",
+        "particles_visible", "overflow", "frame_ms", "cpu_ms", "passes", "gpu_memory_bytes", "fragments_shaded"})
+    CHECK_MESSAGE(stats.contains(key), key);
+  CHECK(stats["width"] == 64);
+  CHECK(stats["height"] == 36);
+  CHECK(stats["quality"] == "low");
+  CHECK(stats["backend"] != "auto");
+  CHECK(stats["blend"] == "volume");
+  CHECK(stats["particles_generated"] > 0);
+  CHECK(stats["particles_visible"] <= stats["particles_generated"]);
+  for (const auto& [buffer, lost] : stats["overflow"].items()) CHECK_MESSAGE(lost == 0, buffer);
+  CHECK(stats["frame_ms"]["min"] <= stats["frame_ms"]["median"]);
+  CHECK(stats["frame_ms"]["median"] <= stats["frame_ms"]["p95"]);
+  CHECK(stats["gpu_memory_bytes"] > 0);
+  REQUIRE(stats["passes"].size() > 0);
+  for (const auto& pass : stats["passes"]) {
+    CHECK(pass.at("name").is_string());
+    CHECK(pass.at("ms") >= 0);
+  }
+}
+
+TEST_CASE("program: two runs write the same bytes") {
+  const TempDirectory directory;
+  for (const char* name : {"a", "b"})
+    run_quietly(small_render({"--time", "12.5", "--out", directory / (std::string(name) + ".exr"), "--layers",
+                              directory / (std::string(name) + "-layers.exr")}));
+  CHECK(same_bytes(directory / "a.exr", directory / "b.exr"));
+  CHECK(same_bytes(directory / "a-layers.exr", directory / "b-layers.exr"));
+}
+
+TEST_CASE("program: a sequence along a camera path is numbered and moves") {
+  const TempDirectory directory;
+  write_file(directory / "path.json", R"({"fps": 2, "keys": [{"time_s": 0, "position_m": [0, 0, 1000]},
+                                                             {"time_s": 1, "position_m": [0, 500, 1500], "yaw_deg": 90}]})");
+  run_quietly(small_render({"--path", directory / "path.json", "--out", directory / "f%04d.png"}));
+  CHECK(directory.entries() == std::vector<std::string>{"f0000.png", "f0001.png", "f0002.png", "path.json"});
+  CHECK_FALSE(same_bytes(directory / "f0000.png", directory / "f0002.png"));
+  // A frame of the path is what a single render there gives: no frame depends on those before it.
+  write_file(directory / "scene.json", R"({"camera": {"position_m": [0, 500, 1500], "yaw_deg": 90, "pitch_deg": 0}})");
+  run_quietly(small_render({"--scene", directory / "scene.json", "--time", "1", "--out", directory / "one.png"}));
+  CHECK(same_bytes(directory / "f0002.png", directory / "one.png"));
+}
+
+TEST_CASE("program: an option given twice means its last value, so scripts can give defaults") {
+  const TempDirectory directory;
+  run_quietly(small_render({"--size", "32x18", "--out", directory / "a.exr", "--out", directory / "b.exr"}));
+  CHECK(directory.entries() == std::vector<std::string>{"b.exr"});
+  const Result<ImageF> image = read_exr(directory / "b.exr");
+  if (!image) FAIL(image.error().message);
+  CHECK(image->width == 32);
+}
+
+TEST_CASE("program: a scene without clouds renders the sky alone") {
+  const TempDirectory directory;
+  write_file(directory / "scene.json", R"({"particles": []})");
+  run_quietly(small_render({"--scene", directory / "scene.json", "--layers", directory / "layers.exr", "--stats",
+                            directory / "stats.json"}));
+  const Result<ImageF> layers = read_exr(directory / "layers.exr");
+  if (!layers) FAIL(layers.error().message);
+  const std::size_t t = *layers->channel_index("T"), z = *layers->channel_index("Z");
+  CHECK(layers->at(7, 7, t) == 1.0f);
+  CHECK(std::isinf(layers->at(7, 7, z)));
+  CHECK(nlohmann::json::parse(read_file(directory / "stats.json")).at("particles_generated") == 0);
+}
