@@ -86,10 +86,10 @@ inline dvec3 cloud_from_world(dvec3 world_m, dvec2 wind_m_per_s, double time_s) 
   return {world_m.x - wind_m_per_s.x * time_s, world_m.y - wind_m_per_s.y * time_s, world_m.z};
 }
 
-// The nearest usable finest cell: a divisor of the unit, also after doubling kMaxRings - 1 times.
+// The nearest usable finest cell: a divisor of the unit that still is one after doubling eight times.
 inline float usable_inner_cell_m(double wanted_m) {
-  const double blocks = std::round(static_cast<double>(kOriginUnitM) / wanted_m / 128.0);
-  return static_cast<float>(static_cast<double>(kOriginUnitM) / (128.0 * std::fmin(std::fmax(blocks, 1.0), 64.0)));
+  const double blocks = std::round(static_cast<double>(kOriginUnitM) / wanted_m / 256.0);
+  return static_cast<float>(static_cast<double>(kOriginUnitM) / (256.0 * std::fmin(std::fmax(blocks, 1.0), 32.0)));
 }
 #endif
 

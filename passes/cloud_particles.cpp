@@ -1,0 +1,174 @@
+#include "passes/cloud_particles.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "shared/cloud_features.h"
+#include "shared/listed_particles.h"
+
+namespace nephele {
+
+using shared::FrameConstants;
+using shared::FrameCounters;
+
+namespace {
+
+constexpr std::uint32_t kLocalSize = 64;
+constexpr double kBytesPerParticle = 160.0;  // the largest array with an element for every particle
+constexpr double kEvenOutM = 5000.0;        // over fewer metres than this the sky may be much fuller than its mean
+
+std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
+
+std::vector<shared::ListedSource> listed_sources(std::span<const ListedParticle> listed) {
+  std::vector<shared::ListedSource> sources;
+  sources.reserve(listed.size());
+  for (const ListedParticle& p : listed) {
+    const bool reference = p.shape == ParticleShape::reference;
+    const std::uint32_t flags = (reference ? 0u : shared::kParticleHomogeneous) | (p.radiance ? shared::kParticleEmissive : 0u) |
+                                (reference && !p.radiance ? shared::kParticleDetail : 0u);
+    sources.push_back({shared::split_place(p.center_m), p.radius_m, static_cast<float>(p.yaw_rad), p.extinction_per_m * p.density,
+                       flags, p.radiance.value_or(glm::vec3(0.0f)), shared::hash_uint(static_cast<std::uint32_t>(sources.size()))});
+  }
+  return sources;
+}
+
+std::array<shared::FeatureWindow, shared::kCloudLattices> feature_windows(const FrameConstants& constants) {
+  std::array<shared::FeatureWindow, shared::kCloudLattices> windows;
+  for (std::uint32_t lattice = 0; lattice < shared::kCloudLattices; ++lattice)
+    windows[lattice] = shared::feature_window(constants, lattice);
+  return windows;
+}
+
+}  // namespace
+
+std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const FrameConstants& constants) {
+  double cells = 0.0;
+  const double reach = shared::cloud_reach_m(constants);
+  for (std::uint32_t ring = 0; ring < constants.ring_count; ++ring) {
+    const double cell = shared::ring_cell_m(constants, ring);
+    const double outer = std::min<double>(reach, shared::ring_reach_m(constants, ring)) + cell;
+    const double inner = ring > 0 ? 0.8 * shared::ring_reach_m(constants, ring - 1) : 0.0;
+    if (inner < outer) cells += std::numbers::pi * (outer * outer - inner * inner) / (cell * cell);
+  }
+  const double covered = std::min(1.0, 1.15 * constants.coverage + 0.1 + kEvenOutM / std::max(reach, 1.0));
+  const double per_cell = 1.2 + 0.6 * (constants.layer_count - 1.0) + 1.6 * constants.crown_per_cell;
+  const double wanted = constants.clouds_enabled ? 1.15 * cells * covered * per_cell + 256.0 : 0.0;
+  const double limit = static_cast<double>(device.max_storage_buffer_bytes) / kBytesPerParticle;
+  return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, std::floor(limit)));
+}
+
+CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, std::span<const ListedParticle> listed,
+                               std::uint32_t capacity)
+    : features_kernel_(device, shaders::cloud_features_comp),
+      cells_(device, shaders::grid_cells_comp),
+      expand_(device, shaders::grid_expand_comp),
+      particles_kernel_(device, shaders::particles_comp),
+      listed_kernel_(device, shaders::listed_particles_comp),
+      visibility_(device, shaders::visibility_comp),
+      visible_list_(device, shaders::visible_list_comp),
+      listed_count_(static_cast<std::uint32_t>(listed.size())),
+      capacity_(capacity > 0 ? capacity : capacity_for(device.info(), constants)),
+      cell_count_(constants.clouds_enabled ? shared::grid_cell_count(constants) : 0),
+      feature_count_(constants.clouds_enabled ? shared::feature_count(constants) : 0),
+      scan_(device, std::max(cell_count_, capacity_) + 1),
+      features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
+      cell_parts_(device, "cell_parts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
+      cell_first_(device, "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
+      particle_cell_(device, "particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
+      listed_(device, "listed_particles", std::max<VkDeviceSize>(listed.size(), 1) * sizeof(shared::ListedSource)),
+      particles_(device, "particles", VkDeviceSize{capacity_} * sizeof(shared::Particle)),
+      places_(device, "visible_places", VkDeviceSize{capacity_ + 1} * sizeof(std::uint32_t)),
+      visible_(device, "visible", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
+      counters_(device, "counters", sizeof(FrameCounters)) {
+  NEPHELE_CHECK(constants.listed_particle_count == listed_count_, constants.listed_particle_count, " and ", listed_count_);
+  NEPHELE_CHECK(constants.ring_count >= 1 && constants.ring_count <= shared::kMaxRings, constants.ring_count, " rings");
+  if (!listed.empty()) listed_.write_vector(listed_sources(listed));
+}
+
+CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
+                                            const glm::dvec3& camera_world_m) {
+  FrameCounters start{};
+  start.particle_demand = listed_count_;
+  start.particle_count = std::min(listed_count_, capacity_);
+  start.particle_groups = {groups_for(start.particle_count), 1, 1};
+  frame.update("grid_cells", counters_, as_push(start));
+  if (constants.clouds_enabled && constants.coverage > 0.0f) add_grid(frame, constants, buffer);
+  if (listed_count_ > 0) add_listed(frame, camera_world_m);
+  add_visible(frame, buffer);
+  return {particles_, visible_, counters_};
+}
+
+void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer) {
+  NEPHELE_CHECK(shared::grid_cell_count(constants) == cell_count_ && shared::feature_count(constants) == feature_count_,
+                "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
+  const PushConstants windows = as_push(feature_windows(constants));
+  frame.compute({.name = "grid_cells",
+                 .kernel = &features_kernel_,
+                 .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::storage_write}},
+                 .push = windows,
+                 .groups = {groups_for(feature_count_), 1, 1}});
+  frame.compute({.name = "grid_cells",
+                 .kernel = &cells_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, features_, Access::storage_read},
+                              {2, cell_parts_, Access::storage_write},
+                              {3, cell_first_, Access::storage_write},
+                              {4, counters_, Access::storage_read_write}},
+                 .push = windows,
+                 .groups = {groups_for(cell_count_ + 1), 1, 1}});
+  scan_.add(frame, "grid_cells", cell_first_, cell_count_ + 1, counters_, offsetof(FrameCounters, particle_demand));
+  frame.compute({.name = "particles",
+                 .kernel = &expand_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, cell_first_, Access::storage_read},
+                              {2, particle_cell_, Access::storage_write},
+                              {3, counters_, Access::storage_read_write}},
+                 .push = as_push(capacity_),
+                 .groups = {groups_for(cell_count_), 1, 1}});
+  frame.compute({.name = "particles",
+                 .kernel = &particles_kernel_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, features_, Access::storage_read},
+                              {2, cell_parts_, Access::storage_read},
+                              {3, cell_first_, Access::storage_read},
+                              {4, particle_cell_, Access::storage_read},
+                              {5, counters_, Access::storage_read},
+                              {6, particles_, Access::storage_write}},
+                 .push = windows,
+                 .indirect = {&counters_, offsetof(FrameCounters, particle_groups)}});
+}
+
+void CloudParticles::add_listed(FrameBuilder& frame, const glm::dvec3& camera_world_m) {
+  struct Push {
+    shared::SplitPlace camera;
+    std::uint32_t count;
+  };
+  const std::uint32_t count = std::min(listed_count_, capacity_);
+  frame.compute({.name = "particles",
+                 .kernel = &listed_kernel_,
+                 .bindings = {{0, listed_, Access::storage_read}, {1, particles_, Access::storage_write}},
+                 .push = as_push(Push{shared::split_place(camera_world_m), count}),
+                 .groups = {groups_for(count), 1, 1}});
+}
+
+void CloudParticles::add_visible(FrameBuilder& frame, const Buffer& buffer) {
+  frame.compute({.name = "visibility",
+                 .kernel = &visibility_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, particles_, Access::storage_read},
+                              {2, counters_, Access::storage_read},
+                              {3, places_, Access::storage_write}},
+                 .push = as_push(capacity_),
+                 .groups = {groups_for(capacity_ + 1), 1, 1}});
+  scan_.add(frame, "visibility", places_, capacity_ + 1, counters_, offsetof(FrameCounters, visible_demand));
+  frame.compute({.name = "visibility",
+                 .kernel = &visible_list_,
+                 .bindings = {{0, places_, Access::storage_read},
+                              {1, visible_, Access::storage_write},
+                              {2, counters_, Access::storage_read_write}},
+                 .groups = {groups_for(capacity_), 1, 1}});
+}
+
+}  // namespace nephele

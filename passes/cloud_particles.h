@@ -1,0 +1,61 @@
+// The particles of a frame ([Yusov14] 5.2): cloud cells of the ring grid, expanded into particles in render space
+// after those that the scene lists; and the list of the ones the camera can see.
+//
+// reads -> writes: frame constants -> particles, visible list; in counters all but tile_pair_* and fragments_shaded
+// cost: cells of all rings (looked up once each) and the particles of the occupied ones, three field evaluations each.
+//
+// The order is fixed: listed particles, then ring by ring, row by row. Nothing depends on earlier frames.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "engine/frame.h"
+#include "engine/scene.h"
+#include "passes/prefix_sum.h"
+#include "shared/types.h"
+
+namespace nephele {
+
+class CloudParticles {
+ public:
+  struct Outputs {
+    const Buffer& particles;  // Particle; slots [0, particle_count) are filled
+    const Buffer& visible;    // uint: indices of particles, ascending
+    const Buffer& counters;   // FrameCounters
+  };
+  // The grid behind the particles, for whoever looks for neighbours: cells as numbered by shared/ring_grid.h.
+  // Particles of cell c are [listed + cell_first[c], listed + cell_first[c + 1]), as far as the capacity goes.
+  struct Grid {
+    const Buffer& cell_first;     // uint, one more than cells
+    const Buffer& particle_cell;  // uint per particle; undefined for listed ones
+  };
+
+  // constants: those of any frame of the scene; seed, origin, camera and time may change later, the rest of the cloud
+  // field may not. capacity 0 means capacity_for(); particles past it, the farthest, are left out and counted.
+  CloudParticles(Device& device, const shared::FrameConstants& constants, std::span<const ListedParticle> listed,
+                 std::uint32_t capacity = 0);
+
+  // Room for the particles of these settings: over the cells of all rings, the share that may be covered times what a
+  // covered cell holds, with a seventh to spare; at most what the device's storage buffers take.
+  static std::uint32_t capacity_for(const DeviceInfo& device, const shared::FrameConstants& constants);
+
+  // buffer holds `constants` when the steps run. Steps: "grid_cells", "particles", "visibility".
+  Outputs add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
+              const glm::dvec3& camera_world_m);
+
+  std::uint32_t capacity() const { return capacity_; }
+  Grid grid() const { return {cell_first_, particle_cell_}; }
+
+ private:
+  void add_grid(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer);
+  void add_listed(FrameBuilder& frame, const glm::dvec3& camera_world_m);
+  void add_visible(FrameBuilder& frame, const Buffer& buffer);
+
+  ComputeKernel features_kernel_, cells_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
+  std::uint32_t listed_count_, capacity_, cell_count_, feature_count_;
+  PrefixSum scan_;
+  Buffer features_, cell_parts_, cell_first_, particle_cell_, listed_, particles_, places_, visible_, counters_;
+};
+
+}  // namespace nephele

@@ -1,0 +1,24 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "shared/types.h"
+
+// Evaluates every feature that the frame's particles can ask for, once: each is looked up some hundred times.
+layout(local_size_x = 64) in;
+
+layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+#define WRITES_FEATURES
+#include "cloud_features.glsl"
+layout(scalar, set = 0, binding = 1) writeonly buffer Features { PackedFeature features[]; };
+
+void main() {
+  const uint i = gl_GlobalInvocationID.x;
+  for (uint lattice = 0u; lattice < kCloudLattices; ++lattice) {
+    const FeatureWindow window = windows[lattice];
+    const uint local = i - window.first;
+    const uint side = uint(window.side);
+    if (i < window.first || local >= side * side) continue;
+    const ivec2 cell = window.corner + ivec2(int(local % side), int(local / side));
+    features[i] = pack_feature(cloud_feature(cloud_params(frame), lattice, cell));
+  }
+}

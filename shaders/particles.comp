@@ -1,0 +1,28 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "shared/types.h"
+
+// [Yusov14] 5.2 step 2: the particles of the occupied cells, one thread each.
+layout(local_size_x = 64) in;
+
+layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+#include "cloud_features.glsl"
+#include "shared/cloud_particles.h"
+#include "shared/ellipsoid.h"
+layout(scalar, set = 0, binding = 2) readonly buffer CellParts_ { uint cell_parts_bits[]; };
+layout(scalar, set = 0, binding = 3) readonly buffer CellFirst { uint cell_first[]; };
+layout(scalar, set = 0, binding = 4) readonly buffer ParticleCell { uint particle_cell[]; };
+layout(scalar, set = 0, binding = 5) readonly buffer Counters { FrameCounters counters; };
+layout(scalar, set = 0, binding = 6) writeonly buffer Particles { Particle particles[]; };
+
+void main() {
+  const uint i = gl_GlobalInvocationID.x;
+  if (i < frame.listed_particle_count || i >= counters.particle_count) return;
+  const uint cell_index = particle_cell[i];
+  const GridCell cell = grid_cell(frame, cell_index);
+  const CellParts parts = unpack_parts(cell_parts_bits[cell_index]);
+  const uint slot = i - frame.listed_particle_count - cell_first[cell_index];
+  const CloudParticle made = cell_particle(frame, cloud_params(frame), cell, parts, slot);
+  particles[i] = render_particle(frame, cell, made);
+}

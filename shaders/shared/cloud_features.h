@@ -1,0 +1,194 @@
+// The clouds' centres: elliptical *features* on jittered lattices of three spacings, anchored in the world, fuller or
+// emptier with the weather. cloud_field.h makes outlines and heights of them.
+#ifndef NEPHELE_SHARED_CLOUD_FEATURES_H
+#define NEPHELE_SHARED_CLOUD_FEATURES_H
+
+#include "noise.h"
+#include "ring_grid.h"
+
+NEPHELE_SHARED_BEGIN
+
+// Lattices, in cells per kOriginUnitM.
+NEPHELE_CONST(uint, kCloudLattices, 3u);
+NEPHELE_CONST(uint, kFeatureCells0, 39u);    // 2416 m
+NEPHELE_CONST(uint, kFeatureCells1, 90u);    // 1047 m
+NEPHELE_CONST(uint, kFeatureCells2, 208u);   //  453 m
+NEPHELE_CONST(uint, kWeatherCells, 7u);      // 13.5 km: where the sky is fuller or emptier
+NEPHELE_CONST(uint, kWarpCells, 105u);       //  897 m
+NEPHELE_CONST(uint, kLobeCells, 152u);       //  620 m
+NEPHELE_CONST(uint, kTowerCells, 54u);       // 1745 m
+NEPHELE_CONST(uint, kDomeCells, 131u);       //  719 m
+NEPHELE_CONST(uint, kBumpCells, 317u);       //  297 m
+NEPHELE_CONST(uint, kBaseCells, 67u);        // 1406 m
+NEPHELE_CONST(uint, kDeckCells, 48u);        // 1963 m
+NEPHELE_CONST(float, kDeckRadiusM, 900.0f);
+
+NEPHELE_CONST(float, kWarpM, 260.0f);        // amplitude; noise reaches 1
+
+// Independent streams of the seed.
+NEPHELE_CONST(uint, kSeedFeature, 0x1000u);  // + lattice
+NEPHELE_CONST(uint, kSeedWeather, 0x2000u);
+NEPHELE_CONST(uint, kSeedWarpX, 0x3000u);
+NEPHELE_CONST(uint, kSeedWarpY, 0x4000u);
+NEPHELE_CONST(uint, kSeedLobes, 0x5000u);
+NEPHELE_CONST(uint, kSeedDomes, 0x6000u);
+NEPHELE_CONST(uint, kSeedBumps, 0x7000u);
+NEPHELE_CONST(uint, kSeedBase, 0x8000u);
+NEPHELE_CONST(uint, kSeedDeck, 0x9000u);
+NEPHELE_CONST(uint, kSeedTowers, 0xb000u);
+
+struct CloudParams {
+  ivec2 origin_index;
+  uint seed;            // hashed
+  float fullness;       // the c that gives the asked-for area fraction
+  float deck;           // above -1: a closed layer grows between the clouds
+  float base_m;
+  float thickness_m;
+};
+
+struct CloudFeature {
+  vec2 center_m;        // grid space
+  float radius_m;       // 0: none here
+  float stretch;        // long over short axis
+  float axis_x;         // of the unit vector along the long axis; its y is positive
+  float vigour;         // 0 flat .. 1 towering for its size
+};
+
+// As it is kept in a buffer; everyone sees features with this precision.
+struct PackedFeature {
+  vec2 center_m;
+  uint shape;           // halves: radius_m, stretch
+  uint character;       // snorm: axis_x, vigour
+};
+
+NEPHELE_FN PackedFeature pack_feature(CloudFeature f) {
+  PackedFeature result;
+  result.center_m = f.center_m;
+  result.shape = packHalf2x16(vec2(f.radius_m, f.stretch));
+  result.character = packSnorm2x16(vec2(f.axis_x, f.vigour));
+  return result;
+}
+
+NEPHELE_FN CloudFeature unpack_feature(PackedFeature packed) {
+  vec2 shape = unpackHalf2x16(packed.shape);
+  vec2 character = unpackSnorm2x16(packed.character);
+  CloudFeature f;
+  f.center_m = packed.center_m;
+  f.radius_m = shape.x;
+  f.stretch = shape.y;
+  f.axis_x = character.x;
+  f.vigour = character.y;
+  return f;
+}
+
+NEPHELE_FN float smooth_ramp(float low, float high, float x) {
+  float t = saturate((x - low) / (high - low));
+  return t * t * (3.0f - 2.0f * t);
+}
+
+NEPHELE_FN float world_fbm(CloudParams params, vec2 p_m, uint cells, uint stream, int octaves) {
+  return fbm2(lattice_position(p_m, cells), lattice_base(params.origin_index, cells), params.seed + stream, octaves);
+}
+
+NEPHELE_FN uint feature_cells(uint lattice) {
+  return lattice == 0u ? kFeatureCells0 : (lattice == 1u ? kFeatureCells1 : kFeatureCells2);
+}
+
+// The feature of a lattice cell, counted from the grid origin.
+NEPHELE_FN CloudFeature cloud_feature(CloudParams params, uint lattice, ivec2 cell) {
+  uint n = feature_cells(lattice);
+  float spacing = lattice_cell_m(n);
+  uint h = hash_uvec2(lattice_base(params.origin_index, n) + uvec2(cell), params.seed + kSeedFeature + lattice);
+  float jx = uniform_float(h, -0.425f, 0.425f);
+  float jy = uniform_float(h, -0.425f, 0.425f);
+  float presence = unit_float(hash_next(h));
+  float u = unit_float(hash_next(h));
+  float axis_x = cos(kPi * unit_float(hash_next(h)));
+  float stretch = uniform_float(h, 1.0f, 1.6f);
+  float vigour = unit_float(hash_next(h));
+  CloudFeature f;
+  f.center_m = vec2((float(cell.x) + 0.5f + jx) * spacing, (float(cell.y) + 0.5f + jy) * spacing);
+  float e = params.fullness + 0.5f * world_fbm(params, f.center_m, kWeatherCells, kSeedWeather, 2);
+  float chance = saturate(1.6f * e + 0.15f) * (lattice == 0u ? 1.0f : (lattice == 1u ? 0.5f : 0.3f));
+  float radius = mix(0.18f, 0.75f, pow(u, 1.6f)) * sqrt(clamp(e, 0.05f, 1.2f) / 0.45f);
+  // Centres keep 0.075 cells off their cell's border, so what lies beyond the 3 x 3 neighbourhood is 1.075 cells away.
+  f.radius_m = presence < chance ? min(radius, 1.05f / stretch) * spacing : 0.0f;
+  f.stretch = stretch;
+  f.axis_x = axis_x;
+  f.vigour = vigour;
+  return f;
+}
+
+// y on the line through (x0, y0) and (x1, y1).
+NEPHELE_FN float on_line(float x, float x0, float y0, float x1, float y1) { return mix(y0, y1, (x - x0) / (x1 - x0)); }
+
+// The fullness that covers this fraction of the sky, measured over 120 km and six seeds. Clouds alone close at most
+// four fifths of it; beyond, a layer grows between them (deck_for).
+NEPHELE_FN float fullness_for(float coverage) {
+  if (coverage <= 0.0f) return -10.0f;  // no feature exists
+  if (coverage < 0.0135f) return on_line(coverage, 0.0f, -0.3f, 0.0135f, -0.1f);
+  if (coverage < 0.0494f) return on_line(coverage, 0.0135f, -0.1f, 0.0494f, 0.0f);
+  if (coverage < 0.126f) return on_line(coverage, 0.0494f, 0.0f, 0.126f, 0.1f);
+  if (coverage < 0.249f) return on_line(coverage, 0.126f, 0.1f, 0.249f, 0.2f);
+  if (coverage < 0.5715f) return on_line(coverage, 0.249f, 0.2f, 0.5715f, 0.4f);
+  if (coverage < 0.7056f) return on_line(coverage, 0.5715f, 0.4f, 0.7056f, 0.5f);
+  return on_line(min(coverage, 0.797f), 0.7056f, 0.5f, 0.797f, 0.6f);
+}
+
+NEPHELE_FN float deck_for(float coverage) {
+  if (coverage < 0.79f) return -1.0f;
+  if (coverage < 0.8065f) return on_line(coverage, 0.79f, -0.45f, 0.8065f, -0.2f);
+  if (coverage < 0.854f) return on_line(coverage, 0.8065f, -0.2f, 0.854f, 0.0f);
+  if (coverage < 0.937f) return on_line(coverage, 0.854f, 0.0f, 0.937f, 0.2f);
+  if (coverage < 0.9885f) return on_line(coverage, 0.937f, 0.2f, 0.9885f, 0.4f);
+  return on_line(min(coverage, 1.0f), 0.9885f, 0.4f, 1.0f, 0.75f);
+}
+
+NEPHELE_FN CloudParams cloud_params(FrameConstants frame) {
+  CloudParams params;
+  params.origin_index = frame.origin_index;
+  params.seed = hash_uint(frame.seed);
+  params.fullness = fullness_for(frame.coverage);
+  params.deck = deck_for(frame.coverage);
+  params.base_m = frame.base_m;
+  params.thickness_m = frame.thickness_m;
+  return params;
+}
+
+// The part of a lattice that the particles of a frame can ask for: a square around the camera.
+struct FeatureWindow {
+  ivec2 corner;   // lattice cell, counted from the grid origin
+  int side;
+  uint first;     // index of its first feature among all lattices'
+};
+
+NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
+  // Particles stand within 0.6 cells of their cell's centre, slopes look 40 m further, the warp moves by kWarpM.
+  float reach = cloud_reach_m(frame) + 0.6f * ring_cell_m(frame, frame.ring_count - 1u) + 40.0f + 1.5f * kWarpM;
+  FeatureWindow window;
+  window.corner = ivec2(0);
+  window.side = 0;
+  window.first = 0u;
+  for (uint i = 0u; i <= lattice; ++i) {
+    window.first += uint(window.side * window.side);
+    float n = float(feature_cells(i));
+    window.side = 2 * int(ceil(reach * (n / kOriginUnitM))) + 4;
+    window.corner = ivec2(floor((vec2(frame.camera_grid_m.x, frame.camera_grid_m.y) - vec2(reach)) * (n / kOriginUnitM))) - ivec2(1);
+  }
+  return window;
+}
+
+NEPHELE_FN uint feature_count(FrameConstants frame) {
+  FeatureWindow last = feature_window(frame, kCloudLattices - 1u);
+  return last.first + uint(last.side * last.side);
+}
+
+// Where a feature is kept; features outside the window, which no particle needs, alias those at its border.
+NEPHELE_FN uint feature_slot(FeatureWindow window, ivec2 cell) {
+  ivec2 at = clamp(cell - window.corner, ivec2(0), ivec2(window.side - 1));
+  return window.first + uint(at.y * window.side + at.x);
+}
+
+NEPHELE_SHARED_END
+
+#endif

@@ -1,0 +1,94 @@
+// The ring grid around the camera ([Yusov14] 5.2, after Losasso and Hoppe's geometry clipmaps, 2004): square rings of
+// cells that double in size from ring to ring, with overlaps where neighbouring rings fade into each other.
+#ifndef NEPHELE_SHARED_RING_GRID_H
+#define NEPHELE_SHARED_RING_GRID_H
+
+#include "types.h"
+#include "world.h"
+
+NEPHELE_SHARED_BEGIN
+
+NEPHELE_CONST(uint, kNoCell, 0xffffffffu);
+NEPHELE_CONST(float, kViewFade, 0.2f);  // the last part of the view distance, where clouds fade
+
+NEPHELE_FN float saturate(float x) { return clamp(x, 0.0f, 1.0f); }
+
+// A cell of the ring grid. Cells of all rings are numbered ring by ring, row by row.
+struct GridCell {
+  uint ring;
+  ivec2 index;       // lattice cell of the ring, counted from the grid origin
+  vec2 corner_m;     // grid space
+  float size_m;
+};
+
+NEPHELE_FN uint ring_lattice(FrameConstants frame, uint ring) {
+  return uint(kOriginUnitM / frame.inner_cell_m + 0.5f) >> ring;
+}
+NEPHELE_FN float ring_cell_m(FrameConstants frame, uint ring) { return lattice_cell_m(ring_lattice(frame, ring)); }
+
+NEPHELE_FN uint grid_cell_count(FrameConstants frame) {
+  return frame.ring_count * frame.ring_size_cells * frame.ring_size_cells;
+}
+
+// The ring's lower corner: the camera is within one cell of the ring's centre, and the ring's border falls on cell
+// borders of the next ring, so that finer rings exactly fill whole coarser cells.
+NEPHELE_FN ivec2 ring_corner(FrameConstants frame, uint ring) {
+  vec2 pairs = lattice_position(vec2(frame.camera_grid_m.x, frame.camera_grid_m.y), ring_lattice(frame, ring)) * 0.5f;
+  return ivec2(floor(pairs + vec2(0.5f))) * 2 - ivec2(int(frame.ring_size_cells) / 2);
+}
+
+NEPHELE_FN GridCell grid_cell(FrameConstants frame, uint cell) {
+  uint side = frame.ring_size_cells;
+  GridCell result;
+  result.ring = cell / (side * side);
+  uint in_ring = cell - result.ring * side * side;
+  uint row = in_ring / side;
+  result.index = ring_corner(frame, result.ring) + ivec2(int(in_ring - row * side), int(row));
+  result.size_m = ring_cell_m(frame, result.ring);
+  result.corner_m = vec2(float(result.index.x), float(result.index.y)) * result.size_m;
+  return result;
+}
+
+// The cell of a ring that holds a place; kNoCell outside the ring.
+NEPHELE_FN uint grid_cell_at(FrameConstants frame, uint ring, vec2 p_grid_m) {
+  ivec2 at = ivec2(floor(lattice_position(p_grid_m, ring_lattice(frame, ring)))) - ring_corner(frame, ring);
+  int side = int(frame.ring_size_cells);
+  if (at.x < 0 || at.y < 0 || at.x >= side || at.y >= side) return kNoCell;
+  return (ring * frame.ring_size_cells + uint(at.y)) * frame.ring_size_cells + uint(at.x);
+}
+
+// Distance at which a ring has faded out: every nearer cell centre lies inside it wherever the camera is in its cell.
+NEPHELE_FN float ring_reach_m(FrameConstants frame, uint ring) {
+  return (0.5f * float(frame.ring_size_cells) - 0.5f) * ring_cell_m(frame, ring);
+}
+
+// 1 where a ring or a finer one shows, falling to 0 over its outermost eighth.
+NEPHELE_FN float ring_presence(FrameConstants frame, uint ring, float distance_m) {
+  float overlap = 0.0625f * float(frame.ring_size_cells) * ring_cell_m(frame, ring);
+  return saturate((ring_reach_m(frame, ring) - distance_m) / overlap);
+}
+
+// How far clouds are drawn: the view distance, or the last ring's reach.
+NEPHELE_FN float cloud_reach_m(FrameConstants frame) {
+  return min(frame.view_distance_m, ring_reach_m(frame, frame.ring_count - 1u));
+}
+
+// Share of a ring in the optical depth at a horizontal distance. Over all rings the shares sum to 1, and to the fade
+// towards the end of the view distance beyond.
+NEPHELE_FN float lod_weight(FrameConstants frame, uint ring, float distance_m) {
+  float reach = max(cloud_reach_m(frame), 1e-3f);
+  float fade = saturate((reach - distance_m) / (kViewFade * reach));
+  float inner = ring > 0u ? ring_presence(frame, ring - 1u, distance_m) : 0.0f;
+  float outer = ring + 1u < frame.ring_count ? ring_presence(frame, ring, distance_m) : 1.0f;
+  return fade * (outer - inner);
+}
+
+NEPHELE_FN float cell_weight(FrameConstants frame, GridCell cell) {
+  float dx = cell.corner_m.x + 0.5f * cell.size_m - frame.camera_grid_m.x;
+  float dy = cell.corner_m.y + 0.5f * cell.size_m - frame.camera_grid_m.y;
+  return lod_weight(frame, cell.ring, sqrt(dx * dx + dy * dy));
+}
+
+NEPHELE_SHARED_END
+
+#endif

@@ -1,0 +1,49 @@
+// Whether a particle can show in the picture. Conservative: a particle that covers a pixel is never left out.
+#ifndef NEPHELE_SHARED_VISIBILITY_H
+#define NEPHELE_SHARED_VISIBILITY_H
+
+#include "ellipsoid.h"
+#include "types.h"
+#include "world.h"
+
+NEPHELE_SHARED_BEGIN
+
+// Half the ellipsoid's extent along a direction of any length.
+NEPHELE_FN float ellipsoid_extent(vec3 radius_m, float yaw_rad, vec3 direction) {
+  return length(local_from_render(direction, yaw_rad) * radius_m);
+}
+
+// Whether the ellipsoid lies wholly behind the plane through the camera with this inward normal. The margin covers
+// rounding: 1e-5 of the distance is a hundredth of a pixel.
+NEPHELE_FN bool behind_plane(Particle particle, vec3 inward) {
+  float margin = 1e-5f * length(particle.center_m) * length(inward);
+  return dot(inward, particle.center_m) + ellipsoid_extent(particle.radius_m, particle.yaw_rad, inward) + margin < 0.0f;
+}
+
+// Whether the planet hides the sphere around the ellipsoid: with radius rho, it does if the segment from the camera
+// to the centre dips rho below the ground, since then every segment into the sphere dips below it. A camera below
+// the ground sees everything.
+NEPHELE_FN bool behind_horizon(Particle particle, float camera_altitude_m) {
+  vec3 c = particle.center_m;
+  float rho = max(particle.radius_m.x, max(particle.radius_m.y, particle.radius_m.z));
+  float lowest = clamp(-c.z * (kPlanetRadiusM + camera_altitude_m) / max(dot(c, c), 1.0f), 0.0f, 1.0f);
+  return camera_altitude_m > 0.0f && altitude_m(lowest * c, camera_altitude_m) < -rho - 1.0f;
+}
+
+NEPHELE_FN bool particle_visible(FrameConstants frame, Particle particle) {
+  if (!(particle.extinction_per_m > 0.0f)) return false;
+  if (!(min(particle.radius_m.x, min(particle.radius_m.y, particle.radius_m.z)) > 0.0f)) return false;
+  // Rows of the matrix; the camera is the origin, so the side planes pass through it.
+  mat4 m = transpose(frame.clip_from_render);
+  vec3 x = vec3(m[0].x, m[0].y, m[0].z);
+  vec3 y = vec3(m[1].x, m[1].y, m[1].z);
+  vec3 w = vec3(m[3].x, m[3].y, m[3].z);
+  if (behind_plane(particle, w) || behind_plane(particle, w + x) || behind_plane(particle, w - x) ||
+      behind_plane(particle, w + y) || behind_plane(particle, w - y))
+    return false;
+  return frame.ground_enabled == 0u || !behind_horizon(particle, frame.camera_grid_m.z);
+}
+
+NEPHELE_SHARED_END
+
+#endif
