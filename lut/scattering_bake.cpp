@@ -24,8 +24,10 @@ using Slice = std::vector<Eigen::Vector4d>;  // [h][c]
 double axis_middle(const ScatteringBake& bake) { return shared::density_axis_middle(static_cast<float>(bake.g)); }
 
 Slice solve_slice(const ScatteringBake& bake, double sigma) {
+  // The slowest mode, all there is on the dark side of a thick sphere, weighs less and less in the residual.
+  const double residual = bake.residual * std::min(1.0, std::pow(60.0 / sigma, 2));
   const SphereSolution solution =
-      solve_sphere({bake.phase_function, bake.g, sigma}, sphere_grid(sigma, bake.coarse_solver), bake.residual);
+      solve_sphere({bake.phase_function, bake.g, sigma}, sphere_grid(sigma, bake.coarse_solver), residual);
   Slice slice(static_cast<std::size_t>(bake.chords) * bake.cosines);
   parallel_for(bake.chords, [&](int row) {
     const double h = static_cast<double>(row) / (bake.chords - 1);
@@ -88,7 +90,10 @@ NpyArray bake_multiple_scattering_array(const ScatteringBake& bake, const std::f
   const auto axis = [&](double sigma) { return sigma / (sigma + middle); };
   const std::size_t last = slices.size() - 1;
   const double beyond = (1 - axis(radii[last])) / (axis(radii[last]) - axis(radii[last - 1]));
-  for (std::size_t i = 0; i < texels; ++i) slices[last][i] += beyond * (slices[last][i] - slices[last - 1][i]);
+  for (std::size_t i = 0; i < texels; ++i) {
+    slices[last][i] += beyond * (slices[last][i] - slices[last - 1][i]);
+    if (slices[last][i][0] < 0) slices[last][i].setZero();  // the dark side's limit is 0
+  }
 
   NpyArray array;
   array.type = ElementType::float16;

@@ -35,7 +35,7 @@ NEPHELE_FN float normal_cosine_from_axis(float t) {
 // The optical radius half way along the density axis: grows with the asymmetry of the phase function.
 NEPHELE_FN float density_axis_middle(float g) {
   float a = abs(g);
-  return 4.0f + 4.0f * clamp(a / 0.6f, 0.0f, 1.0f) + 8.0f * clamp((a - 0.85f) / 0.05f, 0.0f, 1.0f);
+  return 4.0f + 2.0f * clamp(a / 0.6f, 0.0f, 1.0f) + 6.0f * clamp((a - 0.85f) / 0.05f, 0.0f, 1.0f);
 }
 
 // sigma in [0, inf) on [0, 1].
