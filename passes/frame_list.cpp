@@ -1,0 +1,101 @@
+// The order of the frame, here alone (DESIGN: the frame). A step that the scene does not need is not recorded.
+#include "passes/frame_list.h"
+
+#include <algorithm>
+
+#include "passes/cloud_particles.h"
+#include "passes/cloud_shadow.h"
+#include "passes/light_tiles.h"
+#include "passes/occlusion.h"
+#include "passes/view_sort.h"
+
+namespace nephele {
+namespace {
+
+using shared::FrameConstants;
+using shared::FrameCounters;
+
+constexpr std::uint32_t kTilePairsPerParticle = 8;    // of capacity; fair weather needs some five
+constexpr std::uint32_t kMinTilePairs = 1u << 16;     // a few listed particles may each cover every tile
+constexpr std::uint32_t kShadowTexelsPerTile = 4;
+
+// Below this the sun lights no cloud: the horizon dips by 4.5 degrees at 20 km.
+constexpr float kSunGoneSine = -0.08f;
+
+}  // namespace
+
+struct FramePasses::Clouds {
+  Clouds(Device& device, const Tables& tables_in, const Scene& scene, const RenderSettings& settings, const FrameConstants& constants)
+      : particles(device, constants, scene.particles),
+        tables(device, tables_in),
+        light_tiles(device, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
+        occlusion(device, particles.capacity()),
+        sort(device, particles.capacity()),
+        shadow(device, kShadowTexelsPerTile),
+        layer(device, {settings.width, settings.height, settings.scale}, settings.backend, particles.capacity()),
+        counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}
+
+  CloudParticles particles;
+  GpuTables tables;
+  LightTiles light_tiles;
+  Occlusion occlusion;
+  ViewSort sort;
+  CloudShadow shadow;
+  CloudLayer layer;
+  Buffer counters_back;
+};
+
+FramePasses::FramePasses(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings,
+                         const FrameConstants& constants)
+    : constants_(device, "frame_constants", sizeof(FrameConstants)),
+      atmosphere_(device),
+      composite_(device),
+      hdr_(device, "hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height}),
+      display_(device, "display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height}) {
+  if (constants.clouds_enabled || !scene.particles.empty())
+    clouds_ = std::make_unique<Clouds>(device, tables, scene, settings, constants);
+}
+
+FramePasses::~FramePasses() = default;
+
+void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m) {
+  frame.update("frame_constants", constants_, as_push(constants));
+  CompositeInputs composite{.frame_constants = &constants_};
+  if (constants.atmosphere_enabled)
+    composite.atmosphere = &atmosphere_.add(frame, constants_, {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
+                                                                .aerial_perspective = clouds_ != nullptr});
+  if (clouds_) add_clouds(frame, constants, camera_world_m, composite);
+  composite_.add(frame, composite, camera_world_m, hdr_, display_);
+}
+
+void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m,
+                             CompositeInputs& composite) {
+  Clouds& c = *clouds_;
+  const Image* transmittance = constants.atmosphere_enabled ? &atmosphere_.tables().transmittance : nullptr;
+  const CloudParticles::Outputs particles = c.particles.add(frame, constants, constants_, camera_world_m);
+  const LightTileLists tiles = c.light_tiles.add(frame, constants_, particles.particles, particles.counters);
+  const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters, tiles, transmittance);
+  const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
+  c.layer.add(frame, {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
+                      atmosphere_.tables().sky_irradiance, c.tables});
+  composite.cloud_color = &c.layer.color();
+  composite.cloud_depth = &c.layer.depth();
+  if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
+    composite.cloud_shadow = &c.shadow.add(frame, constants_, tiles);
+  frame.read_back("read_counters", particles.counters, c.counters_back, sizeof(FrameCounters));
+}
+
+void FramePasses::count(FrameStats& stats) const {
+  stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}};
+  if (!clouds_) return;
+  const FrameCounters& counters = *static_cast<const FrameCounters*>(clouds_->counters_back.mapped());
+  stats.particles_generated = counters.particle_count;
+  stats.particles_visible = counters.visible_count;
+  stats.overflow["particles"] = counters.particle_demand - counters.particle_count;
+  stats.overflow["visible"] = counters.visible_demand - counters.visible_count;
+  stats.overflow["tile_pairs"] = counters.tile_pair_demand - counters.tile_pair_count;
+}
+
+const CloudLayer* FramePasses::cloud_layer() const { return clouds_ ? &clouds_->layer : nullptr; }
+
+}  // namespace nephele

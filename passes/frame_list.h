@@ -1,0 +1,43 @@
+// The frame: every pass of the renderer and, in frame_list.cpp alone, their order.
+#pragma once
+
+#include <memory>
+
+#include "lut/gpu_tables.h"
+#include "passes/atmosphere.h"
+#include "passes/cloud_layer.h"
+#include "passes/composite.h"
+#include "passes/nephele.h"
+#include "shared/types.h"
+
+namespace nephele {
+
+class FramePasses {
+ public:
+  FramePasses(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings,
+              const shared::FrameConstants& constants);
+  ~FramePasses();
+
+  // Appends all steps that this frame's scene needs.
+  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m);
+
+  // Counts of the last frame, once it has run.
+  void count(FrameStats& stats) const;
+
+  const Image& hdr() const { return hdr_; }
+  const Image& display() const { return display_; }
+  const CloudLayer* cloud_layer() const;  // null when the scene has no clouds at all
+
+ private:
+  struct Clouds;  // everything that only a scene with clouds needs
+  void add_clouds(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m,
+                  CompositeInputs& composite);
+
+  Buffer constants_;
+  AtmospherePass atmosphere_;
+  CompositePass composite_;
+  Image hdr_, display_;
+  std::unique_ptr<Clouds> clouds_;
+};
+
+}  // namespace nephele

@@ -1,0 +1,177 @@
+// The renderer: settings to frame constants, and what a frame leaves behind. The order of passes is frame_list.cpp's.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "engine/camera.h"
+#include "passes/frame_list.h"
+#include "passes/nephele.h"
+#include "shared/light.h"
+#include "shared/phase.h"
+#include "shared/world.h"
+
+namespace nephele {
+namespace {
+
+using shared::FrameConstants;
+
+constexpr double kInnerCellM = 184.0;                    // of the published sample
+constexpr float kSunAngularRadiusRad = 0.004654f;        // 0.267 degrees
+constexpr std::uint32_t kRingCount = 4;
+
+struct Preset {
+  std::uint32_t ring_size_cells, layer_count;
+  float crown_per_cell;
+};
+
+// [Yusov14] Table 1. Its 2, 4 and 6 layers stand on a base particle here, so that caps can close over flat bases.
+Preset preset(Quality quality) {
+  switch (quality) {
+    case Quality::low: return {104, 3, 1.2f};
+    case Quality::medium: return {136, 5, 2.5f};
+    case Quality::high: return {184, 7, 2.5f};
+  }
+  return {};
+}
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+// What does not change from frame to frame.
+FrameConstants fixed_constants(const Scene& scene, const RenderSettings& settings) {
+  FrameConstants c{};
+  c.sun_direction = glm::vec3(direction_from_angles(scene.sun.azimuth_rad, scene.sun.elevation_rad));
+  c.light_from_render = shared::make_light_from_render(glm::dvec3(c.sun_direction));
+  c.sun_angular_radius_rad = kSunAngularRadiusRad;
+  c.sun_irradiance = scene.sun.irradiance;
+  c.exposure = std::exp2(scene.exposure_ev);
+  c.ground_albedo = scene.ground.albedo;
+  c.ground_enabled = scene.ground.enabled;
+  c.atmosphere_enabled = scene.atmosphere.enabled;
+  c.image_size_px = {settings.width, settings.height};
+  c.layer_size_px = (c.image_size_px + settings.scale - 1u) / settings.scale;
+  c.scale = settings.scale;
+  c.phase_g = scene.phase.g;
+  c.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
+  c.listed_particle_count = static_cast<std::uint32_t>(scene.particles.size());
+  const CloudSettings clouds = scene.clouds.value_or(CloudSettings{.coverage = 0.0f});
+  c.clouds_enabled = scene.clouds.has_value() && clouds.coverage > 0.0f;
+  c.seed = clouds.seed;
+  c.coverage = clouds.coverage;
+  c.base_m = clouds.base_m;
+  c.thickness_m = clouds.thickness_m;
+  c.extinction_per_m = clouds.extinction_per_m;
+  c.view_distance_m = clouds.view_distance_m;
+  c.ring_count = kRingCount;
+  c.ring_size_cells = preset(settings.quality).ring_size_cells;
+  c.layer_count = preset(settings.quality).layer_count;
+  c.crown_per_cell = preset(settings.quality).crown_per_cell;
+  c.inner_cell_m = shared::usable_inner_cell_m(kInnerCellM);
+  return c;
+}
+
+Result<void> check_settings(const Device& device, const RenderSettings& settings) {
+  if (settings.width < 1 || settings.height < 1 || settings.width > kMaxImageSide || settings.height > kMaxImageSide)
+    return Error{concat("image size is ", settings.width, "x", settings.height, "; accepted: 1 to ", kMaxImageSide, " a side")};
+  if (settings.scale != 1 && settings.scale != 2 && settings.scale != 4)
+    return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
+  if (!backend_available(device.info(), settings.backend))
+    return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name, "; see nephele devices")};
+  return {};
+}
+
+}  // namespace
+
+struct Renderer::Implementation {
+  Implementation(Device& device_in, const Tables& tables, const Scene& scene_in, const RenderSettings& settings_in)
+      : device(device_in),
+        scene(scene_in),
+        settings(settings_in),
+        constants(fixed_constants(scene, settings)),
+        passes(device, tables, scene, settings, constants),
+        executor(device) {}
+
+  void place_camera(const CameraState& camera, double time_s) {
+    const CameraMatrices matrices = camera_matrices(camera, static_cast<double>(settings.width) / settings.height);
+    constants.clip_from_render = matrices.clip_from_render;
+    constants.render_from_clip = matrices.render_from_clip;
+    const glm::dvec2 wind = scene.clouds ? scene.clouds->wind_m_per_s : glm::dvec2(0.0);
+    const shared::GridPlace place = shared::grid_place(shared::cloud_from_world(camera.position_m, wind, time_s));
+    constants.origin_index = place.origin_index;
+    constants.camera_grid_m = place.grid_m;
+    constants.time_s = static_cast<float>(time_s);
+  }
+
+  Device& device;
+  Scene scene;
+  RenderSettings settings;
+  FrameConstants constants;
+  FramePasses passes;
+  FrameExecutor executor;
+  FrameStats stats;
+  std::string description;
+};
+
+Renderer::Renderer(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+Renderer::~Renderer() = default;
+
+Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings) {
+  if (auto ok = check_settings(device, settings); !ok) return ok.error();
+  RenderSettings resolved = settings;
+  resolved.backend = resolve_backend(device.info(), settings.backend);
+  return std::unique_ptr<Renderer>(new Renderer(std::make_unique<Implementation>(device, tables, scene, resolved)));
+}
+
+void Renderer::render(const CameraState& camera, double time_s) {
+  Implementation& r = *implementation_;
+  const auto start = std::chrono::steady_clock::now();
+  r.place_camera(camera, time_s);
+  FrameBuilder frame(r.device);
+  r.passes.add(frame, r.constants, camera.position_m);
+  r.stats.cpu_ms = milliseconds_since(start);
+  r.executor.run(frame);
+  r.stats.frame_ms = milliseconds_since(start);
+
+  r.description = frame.describe();
+  r.stats.passes = r.executor.pass_times();
+  r.stats.fragments_shaded = r.executor.fragments_shaded();
+  r.stats.gpu_memory_bytes = r.device.allocated_bytes();
+  r.stats.backend = backend_name(r.settings.backend);
+  r.passes.count(r.stats);
+}
+
+std::vector<float> Renderer::read_hdr() {
+  std::vector<float> pixels(std::size_t{4} * implementation_->settings.width * implementation_->settings.height);
+  implementation_->passes.hdr().read(std::as_writable_bytes(std::span(pixels)));
+  return pixels;
+}
+
+std::vector<std::uint8_t> Renderer::read_display() {
+  std::vector<std::uint8_t> pixels(std::size_t{4} * implementation_->settings.width * implementation_->settings.height);
+  implementation_->passes.display().read(std::as_writable_bytes(std::span(pixels)));
+  return pixels;
+}
+
+std::vector<float> Renderer::read_layers() {
+  const std::size_t count = std::size_t{implementation_->settings.width} * implementation_->settings.height;
+  std::vector<float> layers(5 * count);
+  const CloudLayer* clouds = implementation_->passes.cloud_layer();
+  std::vector<glm::vec4> color(count, glm::vec4(0, 0, 0, 1));
+  std::vector<float> depth(count, INFINITY);
+  if (clouds) {
+    clouds->color().read(std::as_writable_bytes(std::span(color)));
+    clouds->depth().read(std::as_writable_bytes(std::span(depth)));
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const float pixel[5] = {color[i].x, color[i].y, color[i].z, color[i].w, depth[i]};
+    std::copy(std::begin(pixel), std::end(pixel), layers.begin() + static_cast<std::ptrdiff_t>(5 * i));
+  }
+  return layers;
+}
+
+const FrameStats& Renderer::stats() const { return implementation_->stats; }
+
+std::string Renderer::describe_frame() const { return implementation_->description; }
+
+}  // namespace nephele
