@@ -5,7 +5,8 @@
 namespace nephele {
 
 CompositePass::CompositePass(Device& device)
-    : sky_(device, shaders::composite_comp_sky),
+    : haze_shadow_(device),
+      sky_(device, shaders::composite_comp_sky),
       sky_clouds_(device, shaders::composite_comp_sky_clouds),
       sky_clouds_shadow_(device, shaders::composite_comp_sky_clouds_shadow),
       vacuum_(device, shaders::composite_comp_vacuum),
@@ -39,6 +40,10 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
                     {{10, air->aerial_light, Access::sampled}, {11, air->aerial_transmittance, Access::sampled}});
   }
   if (shadow) bindings.push_back({12, *inputs.cloud_shadow, Access::sampled});
+  if (shadow && air) {
+    const Image& haze = haze_shadow_.add(frame, *inputs.frame_constants, air->transmittance, *inputs.cloud_shadow);
+    bindings.push_back({13, haze, Access::sampled});
+  }
 
   struct Push {
     glm::ivec2 ground_origin_index;

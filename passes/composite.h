@@ -1,5 +1,5 @@
 // The final image: sky, sun and ground behind the cloud layer, aerial perspective in front of everything, exposure
-// and tone map.
+// and tone map. With atmosphere and cloud shadows, one more step before it shades the haze (haze_shadow.h).
 //
 // reads -> writes: frame constants, atmosphere tables, cloud layer and shadow (each optional) -> HDR and display image
 // cost: a handful of look-ups a pixel; ground pixels pay for its pattern (most near the camera, where it has most octaves).
@@ -9,6 +9,7 @@
 
 #include "engine/frame.h"
 #include "passes/atmosphere.h"
+#include "passes/haze_shadow.h"
 
 namespace nephele {
 
@@ -29,6 +30,7 @@ class CompositePass {
            const Image& display);
 
  private:
+  HazeShadow haze_shadow_;
   ComputeKernel sky_, sky_clouds_, sky_clouds_shadow_, vacuum_, vacuum_clouds_, vacuum_clouds_shadow_;
 };
 

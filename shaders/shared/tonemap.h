@@ -10,11 +10,8 @@ NEPHELE_SHARED_BEGIN
 // cumulus in full sun (radiance 0.25) comes out white, the clear sky a middle blue, and grass at about its albedo.
 NEPHELE_CONST(float, kBaseExposure, 7.5f);
 
-// Film is more colourful than the eye's colorimetry; this is the usual gain of a photographic print.
-NEPHELE_CONST(float, kPrintSaturation, 1.15f);
-
-// Own filmic curve, per channel, so that a bright colour bleaches on its way to white. Toe x^2 / (x + toe), which is
-// x - toe from the middle on and deepens the darks; above the knee the rest of the way to 1 as 1 - exp, slope continuous.
+// Own filmic curve. Toe x^2 / (x + toe), which is x - toe from the middle on and deepens the darks; above the knee the
+// rest of the way to 1 as 1 - exp, with a continuous slope.
 NEPHELE_CONST(float, kFilmToe, 0.03f);
 NEPHELE_CONST(float, kFilmKnee, 0.30f);
 
@@ -25,11 +22,22 @@ NEPHELE_FN float film_curve(float x) {
   return knee + (1.0f - knee) * (1.0f - exp(-slope * (x - kFilmKnee) / (1.0f - knee)));
 }
 
-// Linear display values in [0, 1] of an exposed scene value.
+// Linear display values in [0, 1] of an exposed scene value. The curve goes over the channels (colours bleach on their
+// way to white, as on film, but an orange light turns yellow) and over the largest channel alone (hue and saturation
+// kept, but never white); a mixture has neither fault. Bright colours are paled first and lose their share of the
+// second, so that the sun itself is white.
+NEPHELE_CONST(float, kFilmHueShare, 0.45f);
+NEPHELE_CONST(float, kFilmPaling, 0.5f);
+NEPHELE_CONST(float, kPrintSaturation, 1.10f);  // film is more colourful than what it depicts
+
 NEPHELE_FN vec3 tone_map(vec3 scene) {
   float luminance = 0.2126f * scene.x + 0.7152f * scene.y + 0.0722f * scene.z;
-  vec3 print = max(vec3(0.0f), mix(vec3(luminance), scene, kPrintSaturation));
-  return vec3(film_curve(print.x), film_curve(print.y), film_curve(print.z));
+  float bright = max(0.0f, max(scene.x, max(scene.y, scene.z)));
+  float saturation = kPrintSaturation - kFilmPaling * bright / (bright + 3.0f);
+  vec3 print = max(vec3(0.0f), mix(vec3(luminance), scene, saturation));
+  float largest = max(1e-6f, max(print.x, max(print.y, print.z)));
+  vec3 by_channel = vec3(film_curve(print.x), film_curve(print.y), film_curve(print.z));
+  return mix(by_channel, print * (film_curve(largest) / largest), kFilmHueShare / (1.0f + 0.1f * bright));
 }
 
 NEPHELE_FN float srgb_from_linear(float x) {

@@ -1,0 +1,91 @@
+// Haze in the clouds' shadow: nothing changes without shadow, and a world all in shadow keeps only what the air
+// scatters more than once.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "passes/haze_shadow.h"
+#include "shared/haze_shadow.h"
+#include "tests/support/sky_frame.h"
+
+using namespace nephele;
+using namespace nephele::shared;
+using nephele::test::CloudLayerPixels;
+using nephele::test::luminance;
+using nephele::test::SkyFrame;
+using nephele::test::SkyPicture;
+using nephele::test::SkyView;
+
+namespace {
+
+// A shadow map of one value everywhere: clouds of that opacity, thin, at that height towards the sun.
+Image uniform_shadow(Device& device, float opacity, float height_m) {
+  Image shadow(device, "shadow", {VK_FORMAT_R32G32B32A32_SFLOAT, 4, 4});
+  const std::vector<glm::vec4> texels(16, opacity * glm::vec4(1, glm::vec3(light_warp(height_m))));
+  shadow.write(std::as_bytes(std::span(texels)));
+  return shadow;
+}
+
+}  // namespace
+
+TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
+  Device& device = test::test_device();
+  const FrameConstants constants = test::sky_constants({.altitude_m = 1500, .yaw_deg = 60, .pitch_deg = 5, .sun_elevation_deg = 25});
+  Buffer buffer(device, "constants", sizeof constants);
+  buffer.write(std::as_bytes(std::span(&constants, 1)));
+  const Image shadow = uniform_shadow(device, 1.0f, 90000.0f);  // above everything within reach
+  AtmospherePass atmosphere(device);
+  HazeShadow pass(device);
+  FrameExecutor executor(device);
+  FrameBuilder frame(device);
+  const AtmosphereTables& tables = atmosphere.add(frame, buffer, {.ground_albedo = constants.ground_albedo});
+  const Image& volume = pass.add(frame, buffer, tables.transmittance, shadow);
+  executor.run(frame);
+
+  const auto read = [](const Image& image, std::vector<glm::vec4>& texels) {
+    const VkExtent3D size = image.extent();
+    texels.resize(std::size_t{size.width} * size.height * size.depth);
+    image.read(std::as_writable_bytes(std::span(texels)));
+    return Table3D{int(size.width), int(size.height), int(size.depth), texels.data()};
+  };
+  std::vector<glm::vec4> transmittance_texels, lost_texels;
+  const Table2D transmittance = read(tables.transmittance, transmittance_texels);
+  const Table3D lost = read(volume, lost_texels);
+  const vec4 black(0.0f);
+  const Table2D none{1, 1, 1, &black};
+
+  for (const vec2 place : {vec2(0.5f, 0.5f), vec2(0.1f, 0.2f), vec2(0.8f, 0.9f), vec2(0.0f, 0.0f)}) {
+    const glm::vec4 far = constants.render_from_clip * glm::vec4(place * 2.0f - 1.0f, 1.0f, 1.0f);
+    const vec3 direction = normalize(vec3(far));
+    const ViewRay ray{constants.camera_grid_m.z, direction.z, constants.sun_direction.z, dot(direction, constants.sun_direction)};
+    for (const float distance_m : {500.0f, 5000.0f, 30000.0f, 80000.0f}) {
+      ViewMarch march = begin_march(ray, 0.0f);
+      for (int i = 1; i <= 400; ++i) march_to(transmittance, none, ray, distance_m * static_cast<float>(i) / 400.0f, march);
+      const vec3 wanted = march.smooth_light + march.aerosol_light * aerosol_phase(ray.sun_cos_view);
+      const vec3 got = haze_shadow_lookup(lost, place, distance_m, constants.view_distance_m);
+      CAPTURE(distance_m);
+      for (int c = 0; c < 3; ++c) CHECK(got[c] == doctest::Approx(wanted[c]).epsilon(0.03));  // 48 steps, 25 slices
+    }
+  }
+}
+
+TEST_CASE("a shadow darkens what is behind it, in proportion, and light stays positive") {
+  Device& device = test::test_device();
+  SkyFrame sky(device);
+  for (const double sun_deg : {2.0, 40.0}) {
+    const SkyView view{.altitude_m = 600, .yaw_deg = 80, .pitch_deg = 4, .fov_deg = 60, .sun_elevation_deg = sun_deg};
+    const CloudLayerPixels none{std::vector<glm::vec4>(view.width * view.height, {0, 0, 0, 1}),
+                                std::vector<float>(view.width * view.height, INFINITY)};
+    const Image off = uniform_shadow(device, 0.0f, 0.0f), half = uniform_shadow(device, 0.5f, 90000.0f);
+    const Image full = uniform_shadow(device, 1.0f, 90000.0f);
+    const SkyPicture open = sky.render(view, &none), same = sky.render(view, &none, &off);
+    const SkyPicture dim = sky.render(view, &none, &half), dark = sky.render(view, &none, &full);
+    CHECK(same.hdr == open.hdr);
+    for (std::size_t i = 0; i < open.hdr.size(); i += 41) {
+      if (luminance(open.hdr[i]) > 100.0f) continue;  // the sun's disc
+      CHECK(luminance(dark.hdr[i]) >= 0.0f);
+      CHECK(luminance(dark.hdr[i]) < luminance(open.hdr[i]));
+      CHECK(luminance(dim.hdr[i]) == doctest::Approx(0.5f * (luminance(open.hdr[i]) + luminance(dark.hdr[i]))).epsilon(0.01));
+    }
+  }
+}
