@@ -43,8 +43,9 @@ LightTileLists LightTiles::add(FrameBuilder& frame, const Buffer& constants, con
                               {5, sun_sort_.keys(), Access::storage_write},
                               {6, sun_sort_.values(), Access::storage_write}},
                  .indirect = per_particle});
-  const Buffer& sun_order =
-      sun_sort_.add(frame, "light_tiles", counters, offsetof(FrameCounters, particle_count), shared::kSunKeyBits).values;
+  const RadixSort::Sorted by_height =
+      sun_sort_.add(frame, "light_tiles", counters, offsetof(FrameCounters, particle_count), shared::kSunKeyBits);
+  const Buffer& sun_order = by_height.values;
 
   frame.compute({.name = "light_tiles",
                  .kernel = &count_,

@@ -18,9 +18,12 @@ const Buffer& Occlusion::add(FrameBuilder& frame, const Buffer& constants, const
                              const Buffer& visible, const Buffer& counters, const LightTileLists& tiles,
                              const Image* transmittance) {
   const Indirect per_visible{&counters, offsetof(FrameCounters, visible_groups)};
-  const std::vector<Binding> inputs = {{0, constants, Access::uniform},           {1, particles, Access::storage_read},
-                                       {2, visible, Access::storage_read},        {3, counters, Access::storage_read},
-                                       {4, tiles.occluders, Access::storage_read}, {5, tiles.ranges, Access::storage_read},
+  const std::vector<Binding> inputs = {{0, constants, Access::uniform},
+                                       {1, particles, Access::storage_read},
+                                       {2, visible, Access::storage_read},
+                                       {3, counters, Access::storage_read},
+                                       {4, tiles.occluders, Access::storage_read},
+                                       {5, tiles.ranges, Access::storage_read},
                                        {6, tiles.list, Access::storage_read}};
 
   ComputeStep estimate{.name = "occlusion", .kernel = &occlusion_, .bindings = inputs, .indirect = per_visible};

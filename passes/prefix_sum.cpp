@@ -21,7 +21,8 @@ PrefixSum::PrefixSum(Device& device, std::uint32_t max_count) : max_count_(max_c
   scan_top_ = ComputeKernel(device, shaders::prefix_sum_scan_comp_top, {&run, 1});
   for (std::uint32_t count = max_count; count > kRun;) {
     count = (count + kRun - 1) / kRun;
-    sums_.emplace_back(device, "prefix_sums_" + std::to_string(sums_.size()), VkDeviceSize{count} * sizeof(std::uint32_t));
+    const std::string name = "prefix_sums_" + std::to_string(sums_.size());
+    sums_.emplace_back(device, name, VkDeviceSize{count} * sizeof(std::uint32_t));
   }
 }
 
@@ -47,10 +48,11 @@ void PrefixSum::add(FrameBuilder& frame, std::string name, const Buffer& values,
   }
 
   const Level top = levels.back();
+  const Push push{top.count, static_cast<std::uint32_t>(total_offset_bytes / sizeof(std::uint32_t))};
   frame.compute({.name = name,
                  .kernel = &scan_top_,
                  .bindings = {{0, *top.values, Access::storage_read_write}, {1, total, Access::storage_write}},
-                 .push = as_push(Push{top.count, static_cast<std::uint32_t>(total_offset_bytes / sizeof(std::uint32_t))})});
+                 .push = as_push(push)});
 
   for (std::size_t level = levels.size() - 1; level-- > 0;)
     frame.compute({.name = name,

@@ -2,8 +2,8 @@
 //
 // reads -> writes: keys(), values(), a count -> the sorted pairs
 // cost: ceil(key_bits / 8) rounds; each reads the pairs twice, writes them once and scans one table of 2^digit_bits
-// counts a thread, the same however many pairs there are. No barrier inside a shader and no atomics: every thread works through its
-// own run of pairs, so the result is the same on every device (the stable order is unique).
+// counts a thread, the same however many pairs there are. No barrier inside a shader and no atomics: every thread works
+// through its own run of pairs, so the result is the same on every device (the stable order is unique).
 #pragma once
 
 #include <cstdint>

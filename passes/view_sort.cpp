@@ -13,7 +13,8 @@ constexpr std::uint32_t kKeyBits = 24;
 ViewSort::ViewSort(Device& device, std::uint32_t visible_capacity)
     : keys_(device, shaders::view_sort_keys_comp), sort_(device, "view_sort", visible_capacity) {}
 
-const Buffer& ViewSort::add(FrameBuilder& frame, const Buffer& particles, const Buffer& visible, const Buffer& counters) {
+const Buffer& ViewSort::add(FrameBuilder& frame, const Buffer& particles, const Buffer& visible,
+                            const Buffer& counters) {
   frame.compute({.name = "view_sort",
                  .kernel = &keys_,
                  .bindings = {{0, particles, Access::storage_read},

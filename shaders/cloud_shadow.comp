@@ -48,7 +48,8 @@ void main() {
   vec4 value = vec4(0.0);
   if (top_m > bottom_m) {
     const float opacity = 1.0 - transmittance;
-    value = opacity * vec4(1.0, light_warp(top_m), light_warp(clamp(weighted_m / opacity, bottom_m, top_m)), light_warp(bottom_m));
+    const float mean_m = clamp(weighted_m / opacity, bottom_m, top_m);
+    value = opacity * vec4(1.0, light_warp(top_m), light_warp(mean_m), light_warp(bottom_m));
   }
   imageStore(shadow, ivec2(texel), value);
 }

@@ -107,8 +107,10 @@ struct LightBounds {
 NEPHELE_CONST(uint, kNoTiles, 0u);
 
 NEPHELE_FN uint light_rectangle(LightBounds bounds, float view_distance_m) {
-  uvec2 low = light_tile(vec2(bounds.center_m.x - bounds.extent_m.x, bounds.center_m.y - bounds.extent_m.y), view_distance_m);
-  uvec2 high = light_tile(vec2(bounds.center_m.x + bounds.extent_m.x, bounds.center_m.y + bounds.extent_m.y), view_distance_m);
+  vec3 first_m = bounds.center_m - bounds.extent_m;
+  vec3 last_m = bounds.center_m + bounds.extent_m;
+  uvec2 low = light_tile(vec2(first_m.x, first_m.y), view_distance_m);
+  uvec2 high = light_tile(vec2(last_m.x, last_m.y), view_distance_m);
   return low.x | (low.y << 8u) | ((high.x + 1u) << 16u) | ((high.y + 1u) << 24u);
 }
 
@@ -192,7 +194,8 @@ struct SunChord {
 
 // 1 minus the squared impact parameter of the sun ray at an offset (du, dv) from the centre; negative outside.
 NEPHELE_FN float silhouette(Occluder occluder, float du, float dv) {
-  return 1.0f - (occluder.shape_per_m2.x * du * du + 2.0f * occluder.shape_per_m2.y * du * dv + occluder.shape_per_m2.z * dv * dv);
+  vec3 shape = occluder.shape_per_m2;
+  return 1.0f - (shape.x * du * du + 2.0f * shape.y * du * dv + shape.z * dv * dv);
 }
 
 // up is render z in light space.
@@ -220,8 +223,9 @@ NEPHELE_FN SunChord sun_chord(Occluder occluder, vec3 p_light_m, vec3 up) {
 }
 
 NEPHELE_FN float chord_depth(Occluder occluder, SunChord chord) {
-  return occluder.extinction_per_m * occluder.half_m *
-         (profile_integral(chord.end, chord.h2, occluder.flags) - profile_integral(chord.begin, chord.h2, occluder.flags));
+  float to_end = profile_integral(chord.end, chord.h2, occluder.flags);
+  float to_begin = profile_integral(chord.begin, chord.h2, occluder.flags);
+  return occluder.extinction_per_m * occluder.half_m * (to_end - to_begin);
 }
 
 // Optical depth of one particle between a point and the sun.

@@ -92,8 +92,8 @@ TEST_CASE("the stop height never lets a traversal end before the last particle a
 }
 
 TEST_CASE("light space is an orthonormal right-handed basis for every sun") {
-  for (const dvec3 sun : {sun_at(0, 90), sun_at(0, -90), sun_at(220, 35), sun_at(90, 0), sun_at(10, -3), sun_at(300, 89.99999),
-                          sun_at(45, 60) * 3.0}) {
+  for (const dvec3 sun : {sun_at(0, 90), sun_at(0, -90), sun_at(220, 35), sun_at(90, 0), sun_at(10, -3),
+                          sun_at(300, 89.99999), sun_at(45, 60) * 3.0}) {
     CAPTURE(sun.x);
     CAPTURE(sun.z);
     const dmat3 rows = transpose(dmat3(make_light_from_render(sun)));

@@ -40,7 +40,8 @@ TrueLight true_light(const LightScene& scene, std::uint32_t index) {
   double weight = particle.extinction_per_m, sum = 0.0;
   for (const dvec3& along : corners) {
     const dvec3 corner = along / std::sqrt(3.0);
-    const double depth = true_depth(scene.particles_value, center + to_render(0.6 * corner * radius), scene.sun(), index);
+    const dvec3 inside = center + to_render(0.6 * corner * radius);
+    const double depth = true_depth(scene.particles_value, inside, scene.sun(), index);
     truth.tau += 0.25 * depth;
     truth.gradient_per_m += to_render(corner / radius) * depth * (0.75 / 0.6);
 
@@ -74,8 +75,8 @@ TEST_CASE("occlusion equals brute force over all particles") {
     float range_m;
     double azimuth_deg, elevation_deg;
   };
-  for (const Case& setup : {Case{300, 1500, 220, 35}, Case{300, 1500, 0, 90}, Case{400, 2500, 45, 2}, Case{300, 1500, 135, 0.0},
-                            Case{200, 600, 300, 70}, Case{200, 30000, 10, 5}}) {
+  for (const Case& setup : {Case{300, 1500, 220, 35}, Case{300, 1500, 0, 90}, Case{400, 2500, 45, 2},
+                            Case{300, 1500, 135, 0}, Case{200, 600, 300, 70}, Case{200, 30000, 10, 5}}) {
     CAPTURE(setup.elevation_deg);
     CAPTURE(setup.range_m);
     const LightScene scene = crowd(setup.count, setup.count, setup.range_m, setup.azimuth_deg, setup.elevation_deg);
@@ -88,7 +89,8 @@ TEST_CASE("occlusion equals brute force over all particles") {
       const double error = std::abs(lights[i].tau_sun - truth.tau);
       worst = std::max(worst, error);
       worst_smooth = std::max(worst_smooth, std::abs(lights[i].tau_smooth - truth.smooth));
-      worst_gradient = std::max(worst_gradient, glm::length(dvec3(lights[i].tau_gradient_per_m) - truth.gradient_per_m) * radius);
+      const dvec3 gradient_error = dvec3(lights[i].tau_gradient_per_m) - truth.gradient_per_m;
+      worst_gradient = std::max(worst_gradient, glm::length(gradient_error) * radius);
       mean += error / setup.count;
       depth += truth.tau / setup.count;
     }
@@ -183,8 +185,9 @@ TEST_CASE("emissive particles cast shadows and need no light; a set sun lights n
 }
 
 TEST_CASE("sunlight passes the atmosphere's transmittance table") {
-  Image table(test_device(), "transmittance", {.width = shared::kTransmittanceWidth, .height = shared::kTransmittanceHeight});
-  std::vector<glm::vec4> texels(shared::kTransmittanceWidth * shared::kTransmittanceHeight, glm::vec4(0.5f, 0.25f, 0.125f, 1.0f));
+  constexpr std::uint32_t kWidth = shared::kTransmittanceWidth, kHeight = shared::kTransmittanceHeight;
+  Image table(test_device(), "transmittance", {.width = kWidth, .height = kHeight});
+  std::vector<glm::vec4> texels(kWidth * kHeight, glm::vec4(0.5f, 0.25f, 0.125f, 1.0f));
   table.write(std::as_bytes(std::span(texels)));
   LightScene scene = crowd(4, 20, 1000.0f, 220, 35);
   scene.constants_value.atmosphere_enabled = 1;

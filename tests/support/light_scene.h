@@ -63,7 +63,7 @@ inline double density_at(const Particle& particle, Medium at) {
 
 // A particle's unit space, its yaw clockwise from north, in doubles and without the shared headers.
 struct UnitSpace {
-  explicit UnitSpace(const Particle& particle, double camera_altitude_m) : center(particle.center_m), radius(particle.radius_m) {
+  UnitSpace(const Particle& particle, double camera_altitude_m) : center(particle.center_m), radius(particle.radius_m) {
     s = std::sin(double(particle.yaw_rad));
     c = std::cos(double(particle.yaw_rad));
     const double r = 6360000.0;
