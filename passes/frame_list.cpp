@@ -17,7 +17,7 @@ using shared::FrameCounters;
 
 constexpr std::uint32_t kTilePairsPerParticle = 8;    // of capacity; fair weather needs some five
 constexpr std::uint32_t kMinTilePairs = 1u << 16;     // a few listed particles may each cover every tile
-constexpr std::uint32_t kShadowTexelsPerTile = 4;
+constexpr std::uint32_t kShadowTexelsPerTile = 2;
 
 // Below this the sun lights no cloud: the horizon dips by 4.5 degrees at 20 km.
 constexpr float kSunGoneSine = -0.08f;

@@ -12,12 +12,35 @@
 #include "camera_rays.glsl"
 #include "tables.glsl"
 
-// Fine structure: tiling noise in the air's frame, two periods that never line up, value about 0..1.
-float detail_value(vec3 p_render) {
+// Fine structure at the first matter: tiling noise in the air's frame, two periods that never line up.
+NEPHELE_CONST(float, kDetailMean, 0.5);  // of the noise
+
+struct Detail {
+  float density;  // factor of thin parts' density, mean about 1
+  float relief;   // factor of the radiance: bumps that face the sun are brighter
+};
+
+NEPHELE_CONST(float, kDetailCoarse, 589.0 / 94208.0);  // tiles per metre: a whole number a grid unit (world.h)
+NEPHELE_CONST(float, kDetailFine, 1812.0 / 94208.0);
+NEPHELE_CONST(float, kRelief, 147.0 / 94208.0);
+NEPHELE_CONST(float, kReliefStepM, 45.0);
+
+Detail detail_at(vec3 p_render, float distance_m) {
   vec3 p = vec3(frame.camera_grid_m.xy, frame.camera_grid_m.z) + p_render;
-  float coarse = textureLod(detail_noise, p * (589.0 / kOriginUnitM), 0.0).x;
-  float fine = textureLod(detail_noise, p.yzx * (1812.0 / kOriginUnitM), 0.0).x;
-  return 0.65 * coarse + 0.35 * fine;
+  vec3 fine_p = vec3(p.y, p.z, p.x) * kDetailFine;
+  // A pixel wider than the structure would see it alias: it fades to its mean first.
+  float pixel_m = distance_m * 2.0 / (length(vec3(frame.clip_from_render[0][1], frame.clip_from_render[1][1], frame.clip_from_render[2][1])) *
+                                      float(frame.layer_size_px.y));
+  float coarse_share = 1.0 - smoothstep(6.0, 24.0, pixel_m);
+  float fine_share = 1.0 - smoothstep(2.0, 8.0, pixel_m);
+  float coarse = textureLod(detail_noise, p * kDetailCoarse, 0.0).x - kDetailMean;
+  float fine = textureLod(detail_noise, fine_p, 0.0).x - kDetailMean;
+  float lump = textureLod(detail_noise, p * kRelief, 0.0).x;
+  float sunward = textureLod(detail_noise, (p + kReliefStepM * frame.sun_direction) * kRelief, 0.0).x;
+  Detail detail;
+  detail.density = clamp(1.0 + 2.6 * (0.65 * coarse_share * coarse + 0.35 * fine_share * fine), 0.0, 2.2);
+  detail.relief = clamp(1.0 + 0.4 * (lump - sunward), 0.6, 1.4);
+  return detail;
 }
 
 // Cuts [near_m, far_m] to what lies above the flat base and thins it near the base; false when nothing is left.
@@ -52,7 +75,7 @@ vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, flo
   // More often, inside this particle.
   float sigma = p.optical_radius;
   float again = fetch_multiple(multiple_table, c, h, mu_unit, sigma, frame.phase_g) / max(opacity_of(2.0 * h * sigma), 1e-3);
-  again *= diffuse_transmission(tau_sun, frame.phase_g);
+  again *= diffuse_transmission(kBeamSpread * tau_sun, frame.phase_g);
 
   // More often, in the neighbours.
   float tau_all = tau_sun - log(clamp(self, 1e-4, 1.0));
@@ -95,12 +118,12 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   if (p.base_m > -1e29 && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
   density *= thinning;
 
-  float color_detail = 1.0;
-  float tau = density * (far_m - near_m);
+  float relief = 1.0;
   if ((p.flags & kParticleDetail) != 0u) {
-    float m = detail_value(direction * near_m);
-    density *= mix(1.0, clamp(2.2 * m - 0.1, 0.0, 2.0), exp(-0.1 * tau));
-    color_detail = mix(1.0, 0.55 + 0.9 * m, 0.25);
+    float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
+    Detail detail = detail_at(direction * at_m, at_m);
+    density *= mix(1.0, detail.density, exp(-0.12 * density * (far_m - near_m)));
+    relief = detail.relief;
   }
   if (density * (far_m - near_m) < 1e-4) return false;
 
@@ -113,7 +136,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   }
   float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
   float mu_unit = dot(p.light_direction, -normalize(step));
-  segment.radiance = color_detail * source_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord, far_m - near_m);
+  segment.radiance = relief * source_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord, far_m - near_m);
   return true;
 }
 

@@ -15,8 +15,9 @@ layout(set = 0, binding = 4, r32f) writeonly uniform image2D full_depth;
 
 #include "camera_rays.glsl"
 
-float behind_m(vec2 pixel_center) {
-  return ground_distance_m(pixel_direction(pixel_center, frame.image_size_px));
+// Logarithm of the distance to the scene behind a pixel; the sky counts as 10 000 km away.
+float behind(vec2 pixel_center) {
+  return log(min(ground_distance_m(pixel_direction(pixel_center, frame.image_size_px)), 1e7));
 }
 
 void main() {
@@ -27,7 +28,7 @@ void main() {
   const vec2 low = center / scale - 0.5;
   const ivec2 corner = ivec2(floor(low));
   const vec2 f = low - vec2(corner);
-  const float own = log(min(behind_m(center), 1e7));
+  const float own = behind(center);
 
   vec4 color = vec4(0.0);
   float weights = 0.0, depth_weights = 0.0, inverse_depth = 0.0;
@@ -35,7 +36,7 @@ void main() {
     const ivec2 offset = ivec2(i & 1, i >> 1);
     const ivec2 at = clamp(corner + offset, ivec2(0), ivec2(frame.layer_size_px) - 1);
     const float bilinear = (offset.x == 1 ? f.x : 1.0 - f.x) * (offset.y == 1 ? f.y : 1.0 - f.y);
-    const float other = log(min(behind_m((vec2(at) + 0.5) * scale), 1e7));
+    const float other = behind((vec2(at) + 0.5) * scale);
     const float weight = (bilinear + 1e-4) * exp(-8.0 * min(abs(own - other), 4.0));
     const vec4 texel = texelFetch(layer_color, at, 0);
     const float first = texelFetch(layer_depth, at, 0).x;

@@ -52,6 +52,6 @@ void main() {
   sky_irradiance_at(sky_irradiance, frame, altitude_m(p.center_m, frame.camera_grid_m.z),
                     sun_cos_zenith_at(p.center_m, frame), from_above, from_below);
   d.sky_up_radiance = from_above / kPi;
-  d.sky_down_radiance = from_below / kPi;
+  d.sky_down_radiance = from_below / kPi * (1.0 - (frame.clouds_enabled != 0u ? kGroundShadow * frame.coverage : 0.0));
   draw_particles[i] = d;
 }

@@ -26,6 +26,10 @@ NEPHELE_CONST(float, kOctaveGain, 1.0f);
 // Neighbouring particles overlap: the homogeneous sphere that stands in for one is this much thicker than it alone.
 NEPHELE_CONST(float, kNeighbourhood, 4.0f);
 
+// Light that reaches a particle deep inside also leaves the cloud sideways, which a layer's transmission knows nothing
+// of: its depth counts this many times.
+NEPHELE_CONST(float, kBeamSpread, 2.0f);
+
 // Sunlight scattered at least twice on its way through neighbours of optical depth tau, per unit irradiance, per sr.
 NEPHELE_FN float diffuse_octaves(float mu, float g, float tau) {
   float sum = 0.0f;
@@ -43,6 +47,9 @@ NEPHELE_FN float diffuse_octaves(float mu, float g, float tau) {
 
 // Share of diffuse light that crosses a layer of optical depth tau of a non-absorbing medium: the two-stream result.
 NEPHELE_FN float diffuse_transmission(float tau, float g) { return 1.0f / (1.0f + 0.75f * (1.0f - g) * max(tau, 0.0f)); }
+
+// The ground under a cloud field lies partly in its shadow: what it sends up is reduced by this share of the coverage.
+NEPHELE_CONST(float, kGroundShadow, 0.7f);
 
 // Share of the ambient light that comes from above, for cloud of optical depths tau_up above and tau_down below. Above
 // and below sum to 1, so a uniform environment shows the cloud in its own radiance (white furnace).
