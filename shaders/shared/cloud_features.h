@@ -189,6 +189,11 @@ NEPHELE_FN uint feature_slot(FeatureWindow window, ivec2 cell) {
   return window.first + uint(at.y * window.side + at.x);
 }
 
+#ifdef __cplusplus
+static_assert(sizeof(PackedFeature) == 16);
+static_assert(sizeof(FeatureWindow) == 16);
+#endif
+
 NEPHELE_SHARED_END
 
 #endif

@@ -45,6 +45,9 @@ NEPHELE_FN Particle listed_particle(ListedSource source, vec3 offset_m, float ca
 }
 
 #ifdef __cplusplus
+static_assert(sizeof(SplitPlace) == 32);
+static_assert(sizeof(ListedSource) == 72);
+
 inline SplitPlace split_place(dvec3 world_m) {
   const GridPlace place = grid_place(world_m);
   const double unit = static_cast<double>(kOriginUnitM);
