@@ -107,6 +107,40 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
 #endif
 }
 
+#ifndef VACUUM
+// Share of the sun's disc that the clouds let through, where the disc is in the image; off it, at the nearest border.
+float sun_through_clouds(float pixel_rad) {
+#ifdef CLOUDS
+  vec4 clip = frame.clip_from_render * vec4(frame.sun_direction, 0.0);
+  vec2 center = (clip.xy / max(clip.w, 1e-4) * 0.5 + 0.5) * vec2(frame.image_size_px);
+  float reach = 0.6 * frame.sun_angular_radius_rad / pixel_rad;
+  float sum = 0.0;
+  for (int i = 0; i < 5; ++i) {
+    vec2 offset = i == 4 ? vec2(0.0) : vec2((i & 1) == 0 ? -reach : reach, (i & 2) == 0 ? -reach : reach);
+    vec2 at = clamp(center + offset, vec2(0.0), vec2(frame.image_size_px) - 1.0);
+    sum += texelFetch(cloud_color, ivec2(at), 0).a;
+  }
+  return 0.2 * sum;
+#else
+  return 1.0;
+#endif
+}
+
+// Light of the sun scattered in the lens, in the display image alone: 0.4 % of it in a halo of half a degree or so, per
+// unit of its irradiance.
+vec3 sun_glare(vec3 direction, float altitude_m, float pixel_rad) {
+  const float kShare = 0.004;
+  const float kWidthRad = 0.012;
+  vec3 apart = direction - frame.sun_direction;
+  float angle2 = dot(apart, apart);
+  float edge = 1.0 - angle2 / 0.1;  // an end for it at 18 degrees
+  if (edge <= 0.0) return vec3(0.0);
+  float fall = inversesqrt(1.0 + angle2 / (kWidthRad * kWidthRad));
+  return sun_transmittance(transmittance, altitude_m, frame.sun_direction.z) *
+         (sun_through_clouds(pixel_rad) * kShare / (2.0 * kPi * kWidthRad * kWidthRad) * fall * fall * fall * edge * edge);
+}
+#endif
+
 void main() {
   uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= frame.image_size_px.x || pixel.y >= frame.image_size_px.y) return;
@@ -146,5 +180,8 @@ void main() {
   }
 #endif
   imageStore(hdr, ivec2(pixel), vec4(radiance, 1.0));
+#ifndef VACUUM
+  radiance += sun_glare(direction, altitude_m, pixel_rad) * frame.sun_irradiance;
+#endif
   imageStore(display, ivec2(pixel), vec4(display_color(radiance, frame.exposure, pixel), 1.0));
 }

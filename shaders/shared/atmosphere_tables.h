@@ -224,8 +224,8 @@ NEPHELE_FN vec3 multi_scattering_texel(Table2D transmittance, uvec2 texel, vec3 
 // --- Sky irradiance: what a horizontal surface receives from the air and the ground, without the sun itself ---
 
 NEPHELE_CONST(uint, kIrradiancePolar, 8u);
-NEPHELE_CONST(uint, kIrradianceAzimuths, 12u);
-NEPHELE_CONST(uint, kIrradianceSteps, 16u);
+NEPHELE_CONST(uint, kIrradianceAzimuths, 8u);
+NEPHELE_CONST(uint, kIrradianceSteps, 12u);
 
 NEPHELE_FN vec3 hemisphere_irradiance(Table2D transmittance, Table2D multi_scattering, float h, float sun_mu, bool below,
                                       vec3 ground_albedo, vec3 ground_sky_irradiance) {

@@ -79,8 +79,9 @@ TEST_CASE("sky light on the ground against Monte Carlo of all orders") {
       CAPTURE(channel);
       CAPTURE(exact);
       CAPTURE(got[channel]);
-      // 1 % noise; the rest is the isotropic higher orders of [Hillaire20] and 96 directions.
-      CHECK(double{got[channel]} == doctest::Approx(exact).epsilon(0.08));
+      // 1 % noise; the rest is the isotropic higher orders of [Hillaire20] and 64 directions: within 4 % from 30 degrees
+      // up, 8 % too little at 15.
+      CHECK(double{got[channel]} == doctest::Approx(exact).epsilon(0.1));
     }
   }
 }

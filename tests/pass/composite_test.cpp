@@ -223,7 +223,8 @@ TEST_CASE("clouds shade the ground from the sun but not from the sky") {
 
 TEST_CASE("the display image is the HDR image through the tone map") {
   SkyFrame sky(test::test_device());
-  const SkyPicture picture = sky.render({.yaw_deg = 60, .pitch_deg = 5});
+  // Away from the sun, whose glare the display has alone.
+  const SkyPicture picture = sky.render({.yaw_deg = 230, .pitch_deg = 5});
   for (std::uint32_t y = 0; y < picture.height; y += 7) {
     for (std::uint32_t x = 0; x < picture.width; x += 5) {
       const glm::vec3 wanted = shared::display_color(picture.at(x, y), 1.0f, {x, y});
@@ -231,4 +232,17 @@ TEST_CASE("the display image is the HDR image through the tone map") {
         CHECK(std::abs(float(picture.display[y * picture.width + x][c]) - wanted[c] * 255.0f) < 0.6f);
     }
   }
+}
+
+TEST_CASE("the sun's glare is in the display image alone, and not when a cloud hides the sun") {
+  SkyFrame sky(test::test_device());
+  const SkyView view{.altitude_m = 2, .yaw_deg = 90, .pitch_deg = 42, .fov_deg = 20, .sun_elevation_deg = 40};
+  const auto glare = [&](const SkyPicture& picture, std::uint32_t x, std::uint32_t y) {
+    return float(picture.display[y * picture.width + x].z) - shared::display_color(picture.at(x, y), 1.0f, {x, y}).z * 255.0f;
+  };
+  const SkyPicture clear = sky.render(view);
+  CHECK(glare(clear, 32, 26) > 2.0f);                   // a degree and a half from the sun
+  CHECK(std::abs(glare(clear, 2, 2)) < 2.0f);           // twelve degrees from it
+  const CloudLayerPixels cloud = uniform_layer(view, {0.02f, 0.02f, 0.02f, 0.0f}, 500.0f);
+  CHECK(std::abs(glare(sky.render(view, &cloud), 32, 26)) < 0.6f);
 }
