@@ -28,7 +28,7 @@ NEPHELE_CONST(float, kNeighbourhood, 4.0f);
 
 // Light that reaches a particle deep inside also leaves the cloud sideways, which a layer's transmission knows nothing
 // of: its depth counts this many times.
-NEPHELE_CONST(float, kBeamSpread, 2.0f);
+NEPHELE_CONST(float, kBeamSpread, 3.5f);
 
 // Sunlight scattered at least twice on its way through neighbours of optical depth tau, per unit irradiance, per sr.
 NEPHELE_FN float diffuse_octaves(float mu, float g, float tau) {

@@ -97,7 +97,8 @@ NEPHELE_FN CellParts cell_parts(FrameConstants frame, CloudParams params, GridCe
   }
   vec2 slope = height_gradient(params, p, height);
   float steepness = min(kCrownSteepest, sqrt(1.0f + slope.x * slope.x + slope.y * slope.y));
-  float crown = frame.crown_per_cell * steepness + unit_float(hash_uint(h ^ kSlotSpread));
+  float coarse = 1.0f - kFinestM / max(c, kFinestM);
+  float crown = frame.crown_per_cell * (steepness + 1.6f * coarse) + unit_float(hash_uint(h ^ kSlotSpread));
   parts.crown = uint(min(crown, float(kMaxCrown)));
   parts.wisps = cell.ring == 0u && s.d < 0.3f ? 1u : 0u;
   return parts;
@@ -158,7 +159,7 @@ NEPHELE_FN CloudParticle cell_particle(FrameConstants frame, CloudParams params,
     if (slot == 0u) {
       float across = 0.9f * reach;
       particle.radius_m = vec3(across * long_axis, across / long_axis, base_up);
-      particle.center_m = vec3(p.x, p.y, base + 0.8f * base_up + uniform_float(h, -15.0f, 15.0f));
+      particle.center_m = vec3(p.x, p.y, base + 0.3f * base_up + uniform_float(h, -15.0f, 15.0f));
     } else {
       uint level = parts.turn == 0u ? slot : 2u * slot - (parts.turn == 1u ? 1u : 0u);
       float intervals = float(parts.levels - 1u);
@@ -177,6 +178,7 @@ NEPHELE_FN CloudParticle cell_particle(FrameConstants frame, CloudParams params,
     float u = unit_float(hash_next(h));
     float radius = 0.45f * c * mix(0.45f, 1.7f, u * u * u) * texture_scale * mix(0.6f, 1.0f, smooth_ramp(0.0f, 0.3f, s.d));
     float up = min(0.9f * radius, 0.45f * filled);
+    radius = min(radius, mix(5.0f, 2.2f, coarse) * up);  // large cells on low clouds: no wide flat discs
     float inward = 0.5f * up / sqrt(1.0f + steepness * steepness);
     float z = height * (1.0f - 0.8f * unit_float(hash_next(h)) * saturate((steepness - 0.7f) / 1.5f)) - inward;
     particle.radius_m = vec3(radius * long_axis, radius / long_axis, up);
