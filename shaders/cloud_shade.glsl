@@ -31,15 +31,17 @@ Detail detail_at(vec3 p_render, float distance_m) {
   // A pixel wider than the structure would see it alias: it fades to its mean first.
   float pixel_m = distance_m * 2.0 / (length(vec3(frame.clip_from_render[0][1], frame.clip_from_render[1][1], frame.clip_from_render[2][1])) *
                                       float(frame.layer_size_px.y));
-  float coarse_share = 1.0 - smoothstep(6.0, 24.0, pixel_m);
-  float fine_share = 1.0 - smoothstep(2.0, 8.0, pixel_m);
+  // From within, a cloud is plain fog: structure at arm's length would be contour lines of the particles' tables.
+  float beyond = smoothstep(40.0, 300.0, distance_m);
+  float coarse_share = beyond * (1.0 - smoothstep(6.0, 24.0, pixel_m));
+  float fine_share = beyond * (1.0 - smoothstep(2.0, 8.0, pixel_m));
   float coarse = textureLod(detail_noise, p * kDetailCoarse, 0.0).x - kDetailMean;
   float fine = textureLod(detail_noise, fine_p, 0.0).x - kDetailMean;
   float lump = textureLod(detail_noise, p * kRelief, 0.0).x;
   float sunward = textureLod(detail_noise, (p + kReliefStepM * frame.sun_direction) * kRelief, 0.0).x;
   Detail detail;
   detail.density = clamp(1.0 + 2.6 * (0.65 * coarse_share * coarse + 0.35 * fine_share * fine), 0.0, 2.2);
-  detail.relief = clamp(1.0 + 0.4 * (lump - sunward), 0.6, 1.4);
+  detail.relief = clamp(1.0 + beyond * 0.4 * (lump - sunward), 0.6, 1.4);
   return detail;
 }
 
