@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Renders every picture in docs/ again. Arguments go on to `nephele render` (e.g. --quality low for a quick look).
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+tools/setup.sh
+cmake --preset release
+cmake --build --preset release --target nephele_program
+
+for scene in fair_weather broken_deck towering sunset inside_cloud above_deck empty; do
+  build/nephele render --scene tools/scenes/$scene.json --size 1280x720 --quality high --out docs/pictures/$scene.png "$@"
+  echo "docs/pictures/$scene.png"
+done
