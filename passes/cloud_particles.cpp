@@ -53,7 +53,7 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
     if (inner < outer) cells += std::numbers::pi * (outer * outer - inner * inner) / (cell * cell);
   }
   const double covered = std::min(1.0, 1.15 * constants.coverage + 0.1 + kEvenOutM / std::max(reach, 1.0));
-  const double per_cell = 1.2 + 0.6 * (constants.layer_count - 1.0) + 1.6 * constants.crown_per_cell;
+  const double per_cell = 1.2 + 0.6 * (constants.layer_count - 1.0) + 2.1 * constants.crown_per_cell;
   const double wanted = constants.clouds_enabled ? 1.15 * cells * covered * per_cell + 256.0 : 0.0;
   const double limit = static_cast<double>(device.max_storage_buffer_bytes) / kBytesPerParticle;
   return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, std::floor(limit)));

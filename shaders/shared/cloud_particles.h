@@ -98,7 +98,7 @@ NEPHELE_FN CellParts cell_parts(FrameConstants frame, CloudParams params, GridCe
   vec2 slope = height_gradient(params, p, height);
   float steepness = min(kCrownSteepest, sqrt(1.0f + slope.x * slope.x + slope.y * slope.y));
   float coarse = 1.0f - kFinestM / max(c, kFinestM);
-  float crown = frame.crown_per_cell * (steepness + 1.6f * coarse) + unit_float(hash_uint(h ^ kSlotSpread));
+  float crown = frame.crown_per_cell * (steepness + coarse) + unit_float(hash_uint(h ^ kSlotSpread));
   parts.crown = uint(min(crown, float(kMaxCrown)));
   parts.wisps = cell.ring == 0u && s.d < 0.3f ? 1u : 0u;
   return parts;
