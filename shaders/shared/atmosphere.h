@@ -28,9 +28,9 @@ NEPHELE_FN vec3 ozone_absorption_per_m() { return vec3(2.49e-6f, 1.79e-6f, 0.0f)
 NEPHELE_CONST(float, kOzoneCenterM, 25000.0f);
 NEPHELE_CONST(float, kOzoneHalfWidthM, 15000.0f);
 
-// Aerosol of fair weather over land: optical depth 0.06 at 550 nm (sea-level visibility about 60 km), Angstrom
+// Aerosol of fair weather over land: optical depth 0.084 at 550 nm (sea-level visibility about 45 km), Angstrom
 // exponent 0.8, single-scattering albedo 0.94, in a boundary layer of scale height 1.2 km.
-NEPHELE_FN vec3 aerosol_extinction_per_m() { return vec3(4.4e-5f, 5.0e-5f, 5.9e-5f); }
+NEPHELE_FN vec3 aerosol_extinction_per_m() { return vec3(6.2e-5f, 7.0e-5f, 8.3e-5f); }
 NEPHELE_CONST(float, kAerosolAlbedo, 0.94f);
 NEPHELE_CONST(float, kAerosolHeightM, 1200.0f);
 NEPHELE_CONST(float, kAerosolG, 0.76f);
@@ -131,12 +131,13 @@ NEPHELE_FN AirSegment air_segment(float h_m, float mu, bool ends_at_ground) {
   return segment;
 }
 
-// A march of `steps` equal steps of x in [0, 1] is finest where the ray is lowest, at t_low: quadratic on both sides.
+// A march of `steps` equal steps of x in [0, 1] is finest where the ray is lowest, at t_low: quadratic on both
+// sides, with twice the share of steps on the near side, which hides what is behind it.
 NEPHELE_FN float march_distance(AirSegment segment, float t_low_m, float x) {
   float low = clamp(t_low_m, segment.near_m, segment.far_m);
   float before = low - segment.near_m;
   float after = segment.far_m - low;
-  float x_low = sqrt(before) / max(1e-3f, sqrt(before) + sqrt(after));
+  float x_low = 2.0f * sqrt(before) / max(1e-3f, 2.0f * sqrt(before) + sqrt(after));
   if (x < x_low) {
     float y = (x_low - x) / x_low;
     return low - before * y * y;

@@ -12,8 +12,9 @@ NEPHELE_SHARED_BEGIN
 NEPHELE_CONST(uint, kCountryCells, 7u);     // 13.5 km
 NEPHELE_CONST(uint, kDistrictCells, 29u);   // 3.2 km
 NEPHELE_CONST(uint, kWoodCells, 61u);       // 1.5 km, and three octaves below
-NEPHELE_CONST(uint, kFieldCells, 236u);     // 400 m
-NEPHELE_CONST(uint, kTuftCells, 2311u);     // 41 m, and its octaves down to centimetres
+NEPHELE_CONST(uint, kFieldCells, 311u);     // 300 m
+NEPHELE_CONST(uint, kTuftCells, 3511u);     // 27 m, and its octaves down to centimetres
+NEPHELE_CONST(float, kHedgeM, 10.0f);
 NEPHELE_CONST(uint, kGroundSeed, 0x67726e64u);
 
 // What is left of a pattern of that size under a footprint.
@@ -24,14 +25,15 @@ NEPHELE_FN float ground_noise(vec2 ground_m, ivec2 origin_index, uint cells, uin
 }
 
 // Fields: a soft Voronoi mosaic whose seams are as wide as the footprint. x: brightness, y: ripeness, both in [-1, 1]
-// with mean 0.
-NEPHELE_FN vec2 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint_m) {
+// with mean 0; z: nearness of a hedge, 1 on the seam.
+NEPHELE_FN vec3 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint_m) {
   vec2 p = lattice_position(ground_m, kFieldCells);
   vec2 cell = floor(p);
   vec2 f = p - cell;
   uvec2 base = lattice_base(origin_index, kFieldCells) + uvec2(ivec2(cell));
-  float sharpness = 1.0f / (0.004f + 0.5f * footprint_m / lattice_cell_m(kFieldCells));
+  float softness = 0.004f + 0.5f * footprint_m / lattice_cell_m(kFieldCells);
   float nearest = 9.0f;
+  float second = 9.0f;
   vec2 sum = vec2(0.0f);
   float weights = 0.0f;
   for (int pass = 0; pass < 2; ++pass) {  // the nearest first: weights relative to it cannot all vanish
@@ -42,16 +44,19 @@ NEPHELE_FN vec2 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint
         float dy = abs(float(y) + 0.1f + 0.8f * float((h >> 8u) & 255u) * (1.0f / 255.0f) - f.y);
         float d = max(dx, dy) + 0.35f * min(dx, dy);  // between a square and a circle: fields have straight sides
         if (pass == 0) {
+          second = min(second, max(nearest, d));
           nearest = min(nearest, d);
         } else {
-          float w = exp(-min(60.0f, (d - nearest) * sharpness));
+          float w = exp(-min(60.0f, (d - nearest) / softness));
           sum += w * vec2(float((h >> 16u) & 255u) * (2.0f / 255.0f) - 1.0f, float(h >> 24u) * (2.0f / 255.0f) - 1.0f);
           weights += w;
         }
       }
     }
   }
-  return sum / weights;
+  float hedge = kHedgeM / lattice_cell_m(kFieldCells);
+  float seam = (1.0f - smoothstep(0.0f, hedge + 2.0f * softness, second - nearest)) * hedge / (hedge + 2.0f * softness);
+  return vec3(sum / weights, seam);
 }
 
 // ground_m: place in the world's grid (not the clouds'), relative to origin_index units. footprint_m: the longer side
@@ -63,22 +68,22 @@ NEPHELE_FN vec3 ground_variation(vec2 ground_m, ivec2 origin_index, float footpr
   fade = ground_fade(lattice_cell_m(kDistrictCells), footprint_m);
   if (fade > 0.0f) dryness += 0.7f * fade * ground_noise(ground_m, origin_index, kDistrictCells, 2u);
 
-  // Woods: where a noise of four octaves is high. The threshold widens by what the filter has taken from the noise,
+  // Woods: where a noise of six octaves is high. The threshold widens by what the filter has taken from the noise,
   // which keeps their share near 0.3.
   float wood_noise = 0.0f;
   float lost = 0.02f;
   float gain = 1.0f;
   uint cells = kWoodCells;
-  for (uint i = 0u; i < 4u; ++i) {
+  for (uint i = 0u; i < 6u; ++i) {
     fade = ground_fade(lattice_cell_m(cells), footprint_m);
     if (fade > 0.0f) wood_noise += gain * fade * ground_noise(ground_m, origin_index, cells, 3u + i);
-    lost += 0.38f * gain * (1.0f - fade);
-    gain *= 0.5f;
+    lost += 0.33f * gain * (1.0f - fade);
+    gain *= 0.55f;
     cells *= 2u;
   }
   float wood = smoothstep(0.17f - lost, 0.17f + lost, wood_noise - 0.3f * dryness);
 
-  vec2 field = vec2(0.0f);
+  vec3 field = vec3(0.0f);
   fade = ground_fade(lattice_cell_m(kFieldCells), footprint_m);
   if (fade > 0.0f) field = fade * ground_fields(ground_m, origin_index, footprint_m);
 
@@ -87,14 +92,14 @@ NEPHELE_FN vec3 ground_variation(vec2 ground_m, ivec2 origin_index, float footpr
   for (uint i = 0u; i < 7u; ++i) {
     fade = ground_fade(lattice_cell_m(cells), footprint_m);
     if (fade <= 0.0f) break;
-    tuft += 0.28f * fade * ground_noise(ground_m, origin_index, cells, 11u + i);
+    tuft += 0.28f * fade * ground_noise(ground_m, origin_index, cells, 13u + i);
     cells *= 3u;
   }
 
-  vec3 open_land = vec3(1.0f) + dryness * vec3(0.40f, 0.16f, 0.10f) + field.x * vec3(0.16f, 0.15f, 0.13f) +
-                   field.y * vec3(0.14f, 0.03f, -0.05f);
+  vec3 open_land = vec3(1.0f) + dryness * vec3(0.40f, 0.16f, 0.10f) + field.x * vec3(0.20f, 0.19f, 0.16f) +
+                   field.y * vec3(0.18f, 0.04f, -0.06f) - vec3(0.35f * field.z);
   vec3 color = mix(open_land, vec3(0.58f, 0.66f, 0.62f), wood) * (1.0f + tuft * (0.6f + 0.6f * wood));
-  return max(vec3(0.05f), color * vec3(1.14f, 1.12f, 1.12f));  // back to a mean of 1, measured (ground_test)
+  return max(vec3(0.05f), color * vec3(1.15f, 1.125f, 1.135f));  // back to a mean of 1, measured (ground_test)
 }
 
 NEPHELE_SHARED_END

@@ -60,7 +60,7 @@ TEST_CASE("single scattering of whole rays against brute force") {
           CAPTURE(above);
           CAPTURE(azimuth);
           CAPTURE(luminance(vec3(exact)));
-          CHECK(error < 0.06);
+          CHECK(error < 0.05);
         }
       }
     }
@@ -93,9 +93,9 @@ TEST_CASE("the clear sky gives a tenth of the sun's light and the ground less") 
     const float direct = luminance(sun_transmittance(air.transmittance, 0.0f, mu)) * mu;
     const float diffuse = luminance(sky_irradiance_from_above(air.sky_irradiance, 0.0f, mu));
     CAPTURE(deg);
-    // Clear-sky diffuse fraction at sea level, aerosol depth 0.06: 0.1 to 0.2 (ASHRAE, many pyranometers).
+    // Clear-sky diffuse fraction at sea level, aerosol depth 0.084: 0.1 to 0.25, more for a lower sun.
     CHECK(diffuse / (direct + diffuse) > 0.08f);
-    CHECK(diffuse / (direct + diffuse) < 0.22f);
+    CHECK(diffuse / (direct + diffuse) < 0.25f);
     // What goes down cannot exceed what came in; what comes up from a dark ground is less still.
     CHECK(direct + diffuse < mu);
     for (float h = 0; h < 20000; h += 500) {
