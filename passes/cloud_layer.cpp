@@ -41,6 +41,7 @@ const char* backend_name(Backend backend) {
     case Backend::automatic: return "auto";
     case Backend::interlock: return "interlock";
     case Backend::attachment: return "attachment";
+    case Backend::tiled: return "tiled";
     case Backend::alpha: return "alpha";
   }
   return "?";
@@ -52,30 +53,33 @@ bool backend_available(const DeviceInfo& device, Backend backend) {
   return true;
 }
 
-Backend resolve_backend(const DeviceInfo& device, Backend wanted) {
-  if (wanted != Backend::automatic) return wanted;
-  for (Backend backend : {Backend::interlock, Backend::attachment})
-    if (backend_available(device, backend)) return backend;
-  return Backend::alpha;
+BackendChoice automatic_backend(const DeviceInfo&) {
+  return {Backend::tiled, "stops behind opaque cloud, which the ordered raster backends cannot"};
 }
 
-CloudLayer::CloudLayer(Device& device, Size size, Backend backend, std::uint32_t visible_capacity)
+Backend resolve_backend(const DeviceInfo& device, Backend wanted) {
+  return wanted == Backend::automatic ? automatic_backend(device).backend : wanted;
+}
+
+CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity)
     : backend_(backend),
       scale_(size.scale),
       detail_noise_kernel_(device, shaders::detail_noise_comp),
       prepare_(device, shaders::prepare_draw_comp),
-      draw_(device, draw_desc(backend)),
       draw_particles_(device, "draw_particles", VkDeviceSize{visible_capacity} * sizeof(shared::DrawParticle)) {
   detail_noise_ = Image(device, "detail_noise", {VK_FORMAT_R8_UNORM, kDetailNoiseTexels, kDetailNoiseTexels, kDetailNoiseTexels});
   const std::uint32_t width = (size.width + size.scale - 1) / size.scale;
   const std::uint32_t height = (size.height + size.scale - 1) / size.scale;
-  const bool direct = backend == Backend::alpha;  // the layer itself is the render target
+  NEPHELE_CHECK(backend != Backend::automatic && (blend == BlendMode::volume || backend == Backend::tiled), backend_name(backend));
+  if (backend == Backend::tiled) tiled_ = std::make_unique<TiledBlend>(device, blend, width, height, visible_capacity);
+  else draw_ = RasterPipeline(device, draw_desc(backend));
+  const bool alpha = backend == Backend::alpha;  // the layer itself is the render target
   const auto make = [&](const char* name, VkFormat format, std::uint32_t w, std::uint32_t h, bool attachment) {
     return Image(device, name, {format, w, h, 1, attachment});
   };
-  layer_color_ = make("layer_color", VK_FORMAT_R32G32B32A32_SFLOAT, width, height, direct);
-  layer_depth_ = make("layer_depth", VK_FORMAT_R32_SFLOAT, width, height, direct);
-  if (!direct) {
+  layer_color_ = make("layer_color", VK_FORMAT_R32G32B32A32_SFLOAT, width, height, alpha);
+  layer_depth_ = make("layer_depth", VK_FORMAT_R32_SFLOAT, width, height, alpha);
+  if (blends_in_images()) {
     resolve_ = ComputeKernel(device, shaders::cloud_resolve_comp);
     const bool attachment = backend == Backend::attachment;
     open_ = make("blend_open", VK_FORMAT_R32G32B32A32_SFLOAT, width, height, attachment);
@@ -111,8 +115,11 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {7, inputs.sky_irradiance, Access::sampled}},
                  .push = as_push(inputs.tables.mean_fill()),
                  .indirect = {&inputs.counters, offsetof(shared::FrameCounters, visible_groups)}});
-  add_draw(frame, inputs);
-  if (backend_ != Backend::alpha)
+  if (tiled_)
+    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.tables, detail_noise_}, layer_color_, layer_depth_);
+  else
+    add_draw(frame, inputs);
+  if (blends_in_images())
     frame.compute({.name = "resolve",
                    .kernel = &resolve_,
                    .bindings = {{0, open_, Access::sampled},

@@ -5,16 +5,24 @@
 // cost: fragments (particles times their area in pixels of the layer), each two table fetches and two noise fetches.
 #pragma once
 
+#include <memory>
+
 #include "engine/frame.h"
 #include "lut/gpu_tables.h"
+#include "passes/tiled_blend.h"
 
 namespace nephele {
 
-enum class Backend : std::uint8_t { automatic, interlock, attachment, alpha };
+enum class Backend : std::uint8_t { automatic, interlock, attachment, tiled, alpha };
 
 const char* backend_name(Backend backend);
 
-// What a device blends with when asked for `automatic`: interlock, else attachment, else alpha.
+// What a device blends with when asked for `automatic`, and why.
+struct BackendChoice {
+  Backend backend;
+  const char* reason;
+};
+BackendChoice automatic_backend(const DeviceInfo& device);
 Backend resolve_backend(const DeviceInfo& device, Backend wanted);
 bool backend_available(const DeviceInfo& device, Backend backend);
 
@@ -24,7 +32,8 @@ class CloudLayer {
     std::uint32_t width, height;  // of the image, pixels
     std::uint32_t scale;          // the layer has ceil(size / scale) pixels
   };
-  CloudLayer(Device& device, Size size, Backend backend, std::uint32_t visible_capacity);
+  // backend is not `automatic`; only `tiled` blends exactly.
+  CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity);
 
   struct Inputs {
     const Buffer& frame_constants;
@@ -44,12 +53,14 @@ class CloudLayer {
 
  private:
   void add_draw(FrameBuilder& frame, const Inputs& inputs);
+  bool blends_in_images() const { return backend_ == Backend::attachment || backend_ == Backend::interlock; }
 
   Backend backend_;
   std::uint32_t scale_;
   bool noise_ready_ = false;
   ComputeKernel detail_noise_kernel_, prepare_, clear_, resolve_, upscale_;
   RasterPipeline draw_;
+  std::unique_ptr<TiledBlend> tiled_;
   Buffer draw_particles_;
   Image detail_noise_;
   Image open_, extent_, committed_;  // blend state of the volume-aware backends

@@ -32,7 +32,7 @@ struct FramePasses::Clouds {
         occlusion(device, particles.capacity()),
         sort(device, particles.capacity()),
         shadow(device, kShadowTexelsPerTile),
-        layer(device, {settings.width, settings.height, settings.scale}, settings.backend, particles.capacity()),
+        layer(device, {settings.width, settings.height, settings.scale}, settings.backend, settings.blend, particles.capacity()),
         counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}
 
   CloudParticles particles;
@@ -86,7 +86,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
 }
 
 void FramePasses::count(FrameStats& stats) const {
-  stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}};
+  stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}, {"screen_pairs", 0}};
   if (!clouds_) return;
   const FrameCounters& counters = *static_cast<const FrameCounters*>(clouds_->counters_back.mapped());
   stats.particles_generated = counters.particle_count;
@@ -94,6 +94,8 @@ void FramePasses::count(FrameStats& stats) const {
   stats.overflow["particles"] = counters.particle_demand - counters.particle_count;
   stats.overflow["visible"] = counters.visible_demand - counters.visible_count;
   stats.overflow["tile_pairs"] = counters.tile_pair_demand - counters.tile_pair_count;
+  stats.overflow["screen_pairs"] = counters.screen_pair_demand - counters.screen_pair_count;
+  stats.pairs_shaded = counters.pairs_shaded;
 }
 
 const CloudLayer* FramePasses::cloud_layer() const { return clouds_ ? &clouds_->layer : nullptr; }

@@ -9,15 +9,15 @@
 // cost: a 16-bit sort of the particles and a 14-bit sort of the (tile, particle) pairs, some five a particle.
 #pragma once
 
-#include "passes/radix_sort.h"
+#include "passes/tile_pairs.h"
 
 namespace nephele {
 
-// What occlusion and cloud shadows read. Lists hold particle indices; tile t's are list[ranges[t].x .. ranges[t].y).
+// What occlusion and cloud shadows read: TileLists of particle indices.
 struct LightTileLists {
   const Buffer& occluders;  // Occluder per particle
-  const Buffer& ranges;     // uvec2 per tile
-  const Buffer& list;       // uint
+  const Buffer& ranges;
+  const Buffer& list;
 };
 
 class LightTiles {
@@ -30,11 +30,10 @@ class LightTiles {
   LightTileLists add(FrameBuilder& frame, const Buffer& constants, const Buffer& particles, const Buffer& counters);
 
  private:
-  ComputeKernel occluders_kernel_, count_, emit_, args_, ranges_kernel_;
-  std::uint32_t particle_capacity_, pair_capacity_;
-  RadixSort sun_sort_, tile_sort_;
-  PrefixSum scan_;
-  Buffer occluders_, rectangles_, places_, ranges_;
+  ComputeKernel occluders_kernel_;
+  RadixSort sun_sort_;
+  TilePairs pairs_;
+  Buffer occluders_, rectangles_;
 };
 
 }  // namespace nephele

@@ -32,6 +32,7 @@ struct RenderSettings {
   Quality quality = Quality::medium;
   std::uint32_t scale = 1;                   // the cloud layer has 1 / scale of the resolution: 1, 2 or 4
   Backend backend = Backend::automatic;
+  BlendMode blend = BlendMode::volume;       // exact needs the tiled backend
 };
 inline constexpr std::uint32_t kMaxImageSide = 16384;
 
@@ -44,6 +45,7 @@ struct FrameStats {
   double cpu_ms = 0;                              // of that: building and recording on the CPU
   std::uint64_t gpu_memory_bytes = 0;
   std::uint64_t fragments_shaded = 0;             // cloud fragments; 0 where the device can't count them
+  std::uint64_t pairs_shaded = 0;                 // (pixel, particle) pairs, where the tiled backend is in use
   std::string backend;                            // the one in use
 };
 

@@ -78,6 +78,8 @@ Result<void> check_settings(const Device& device, const RenderSettings& settings
     return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
   if (!backend_available(device.info(), settings.backend))
     return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name, "; see nephele devices")};
+  if (settings.blend == BlendMode::exact && resolve_backend(device.info(), settings.backend) != Backend::tiled)
+    return Error{concat("blend exact needs the backend tiled; the backend is ", backend_name(resolve_backend(device.info(), settings.backend)))};
   return {};
 }
 

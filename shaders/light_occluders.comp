@@ -11,7 +11,7 @@ layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) readonly buffer Particles { Particle particles[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 3) writeonly buffer Occluders { Occluder occluders[]; };
-layout(scalar, set = 0, binding = 4) writeonly buffer Rectangles { uint rectangles[]; };
+layout(scalar, set = 0, binding = 4) writeonly buffer Rectangles { uvec2 rectangles[]; };
 layout(scalar, set = 0, binding = 5) writeonly buffer Keys { uint keys[]; };
 layout(scalar, set = 0, binding = 6) writeonly buffer Values { uint values[]; };
 

@@ -35,7 +35,8 @@ void print_device(const DeviceInfo& device) {
   std::printf("   fragment shader interlock: %s; rasterization-order attachments: %s; storage buffers up to %.0f MiB\n",
               device.fragment_shader_interlock ? "yes" : "no", device.ordered_attachment_access ? "yes" : "no",
               static_cast<double>(device.max_storage_buffer_bytes) / (1024.0 * 1024.0));
-  std::printf("   backend: %s\n", backend_name(resolve_backend(device, Backend::automatic)));
+  const BackendChoice choice = automatic_backend(device);
+  std::printf("   backend: %s (%s)\n", backend_name(choice.backend), choice.reason);
 }
 
 Result<void> run_devices() {

@@ -70,7 +70,7 @@ Quality parse_quality(const std::string& name) {
 }
 
 Backend parse_backend(const std::string& name) {
-  for (const Backend backend : {Backend::interlock, Backend::attachment, Backend::alpha})
+  for (const Backend backend : {Backend::interlock, Backend::attachment, Backend::tiled, Backend::alpha})
     if (name == backend_name(backend)) return backend;
   return Backend::automatic;
 }
@@ -91,7 +91,8 @@ Result<RenderJob> prepare(const RenderOptions& options) {
                   .height = size->height,
                   .quality = parse_quality(options.quality),
                   .scale = options.scale,
-                  .backend = parse_backend(options.backend)};
+                  .backend = parse_backend(options.backend),
+                  .blend = options.blend == blend_mode_name(BlendMode::exact) ? BlendMode::exact : BlendMode::volume};
 
   if (!options.scene.empty()) {
     Result<Scene> scene = load_scene(options.scene);
@@ -189,9 +190,9 @@ Command add_render_command(CLI::App& program) {
       ->check(CLI::IsMember({1u, 2u, 4u}))
       ->capture_default_str();
   app->add_option("--backend", options->backend, "How overlapping particles are blended (see nephele devices)")
-      ->check(CLI::IsMember({"auto", "interlock", "attachment", "alpha"}))
+      ->check(CLI::IsMember({"auto", "interlock", "attachment", "tiled", "alpha"}))
       ->capture_default_str();
-  app->add_option("--blend", options->blend, "volume: overlapping particles share their volume")
+  app->add_option("--blend", options->blend, "volume: pairs of particles share their volume; exact: any number (tiled only)")
       ->check(CLI::IsMember({"volume"}))
       ->capture_default_str();
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")

@@ -80,6 +80,7 @@ std::string render_stats_json(const DeviceInfo& device, const RenderSettings& se
       {"passes", pass_times(frames)},
       {"gpu_memory_bytes", last.gpu_memory_bytes},
       {"fragments_shaded", last.fragments_shaded},
+      {"pairs_shaded", last.pairs_shaded},
   };
   return stats.dump(2) + '\n';
 }

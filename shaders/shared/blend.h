@@ -28,6 +28,10 @@ struct BlendState {
 
 NEPHELE_CONST(float, kNoMatterM, 1e30f);
 
+// Blending front to back stops where less than this shines through: what lies behind is left out, an error of at most
+// this share of its radiance.
+NEPHELE_CONST(float, kOpaqueTransmittance, 1e-4f);
+
 // 1 - exp(-x) for x >= 0, without cancellation for thin segments.
 NEPHELE_FN float opacity_of(float optical_depth) {
   float x = optical_depth;

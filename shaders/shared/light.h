@@ -9,6 +9,7 @@
 
 #include "prelude.h"
 #include "ellipsoid.h"
+#include "tile_rectangle.h"
 #include "types.h"
 #include "world.h"
 
@@ -103,24 +104,13 @@ struct LightBounds {
   vec3 extent_m;
 };
 
-// The rectangle of tiles that bounds cover, in four bytes: first x, first y, past the last x, past the last y.
-NEPHELE_CONST(uint, kNoTiles, 0u);
-
-NEPHELE_FN uint light_rectangle(LightBounds bounds, float view_distance_m) {
+// The rectangle of tiles that bounds cover.
+NEPHELE_FN uvec2 light_rectangle(LightBounds bounds, float view_distance_m) {
   vec3 first_m = bounds.center_m - bounds.extent_m;
   vec3 last_m = bounds.center_m + bounds.extent_m;
   uvec2 low = light_tile(vec2(first_m.x, first_m.y), view_distance_m);
   uvec2 high = light_tile(vec2(last_m.x, last_m.y), view_distance_m);
-  return low.x | (low.y << 8u) | ((high.x + 1u) << 16u) | ((high.y + 1u) << 24u);
-}
-
-NEPHELE_FN uvec2 rectangle_low(uint rectangle) { return uvec2(rectangle & 255u, (rectangle >> 8u) & 255u); }
-NEPHELE_FN uvec2 rectangle_high(uint rectangle) { return uvec2((rectangle >> 16u) & 255u, rectangle >> 24u); }
-
-NEPHELE_FN uint rectangle_area(uint rectangle) {
-  uvec2 low = rectangle_low(rectangle);
-  uvec2 high = rectangle_high(rectangle);
-  return (high.x - low.x) * (high.y - low.y);
+  return tile_rectangle(low, high + 1u);
 }
 
 NEPHELE_FN Occluder make_occluder(Particle particle, mat3 light_from_render, float camera_altitude_m,

@@ -101,14 +101,17 @@ struct FrameCounters {
   uint particle_count;
   uint visible_demand;
   uint visible_count;
-  uint tile_pair_demand;
+  uint tile_pair_demand;    // (light tile, particle) pairs
   uint tile_pair_count;
   uint cell_count;          // occupied cells
-  uint fragments_shaded;    // filled only when statistics are asked for
+  uint pairs_shaded;        // (pixel, particle) pairs that the tiled backend shaded
   uvec3 particle_groups;    // indirect dispatch: ceil(particle_count / 64), 1, 1
   uvec3 visible_groups;     // indirect dispatch: ceil(visible_count / 64), 1, 1
   uvec3 tile_pair_groups;   // indirect dispatch: ceil(tile_pair_count / 64), 1, 1
   uvec4 draw;               // indirect draw: 6 * visible_count vertices, 1 instance
+  uint screen_pair_demand;  // (screen tile, particle) pairs of the tiled backend
+  uint screen_pair_count;
+  uvec3 screen_pair_groups; // indirect dispatch: ceil(screen_pair_count / 64), 1, 1
 };
 
 NEPHELE_SHARED_END

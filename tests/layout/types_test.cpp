@@ -75,8 +75,9 @@ TEST_CASE("FrameCounters") {
   check_layout(shaders::prepare_draw_comp, "FrameCounters",
                {MEMBER(FrameCounters, particle_demand), MEMBER(FrameCounters, particle_count), MEMBER(FrameCounters, visible_demand),
                 MEMBER(FrameCounters, visible_count), MEMBER(FrameCounters, tile_pair_demand), MEMBER(FrameCounters, tile_pair_count),
-                MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, fragments_shaded), MEMBER(FrameCounters, particle_groups),
-                MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw)});
+                MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, pairs_shaded), MEMBER(FrameCounters, particle_groups),
+                MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw),
+                MEMBER(FrameCounters, screen_pair_demand), MEMBER(FrameCounters, screen_pair_count), MEMBER(FrameCounters, screen_pair_groups)});
 }
 
 TEST_CASE("reflection tells bindings and their direction") {

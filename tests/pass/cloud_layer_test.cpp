@@ -84,7 +84,7 @@ Layer draw(const std::vector<Particle>& particles, const CameraState& camera, Ba
   counts.draw = {6 * count, 1, 0, 0};
   counters.write_vector(std::vector{counts});
 
-  CloudLayer layer(device, {kWidth, kHeight, 1}, backend, static_cast<std::uint32_t>(room));
+  CloudLayer layer(device, {kWidth, kHeight, 1}, backend, BlendMode::volume, static_cast<std::uint32_t>(room));
   FrameBuilder frame(device);
   layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, tables});
   FrameExecutor(device).run(frame);
@@ -157,7 +157,7 @@ double failing_fraction(const Layer& layer, const std::vector<Particle>& particl
 
 std::vector<Backend> available_backends() {
   std::vector<Backend> list;
-  for (Backend backend : {Backend::interlock, Backend::attachment, Backend::alpha})
+  for (Backend backend : {Backend::interlock, Backend::attachment, Backend::tiled, Backend::alpha})
     if (backend_available(test_device().info(), backend)) list.push_back(backend);
   return list;
 }

@@ -1,0 +1,44 @@
+// The tiled backend: shading and blending of the visible particles in compute, a thread a pixel, over lists of the
+// particles that each tile of 8 x 8 pixels may show. Runs on every device.
+//
+// reads -> writes: draw particles (farthest first), tables, counters -> layer colour and depth; in counters
+//   screen_pair_*, pairs_shaded
+// cost: (pixel, particle) pairs up to where a pixel turns opaque; one sort of the (tile, particle) pairs. A tile without
+// particles costs one store a pixel.
+#pragma once
+
+#include "lut/gpu_tables.h"
+#include "passes/tile_pairs.h"
+
+namespace nephele {
+
+// What overlapping particles look like.
+enum class BlendMode : std::uint8_t {
+  volume,  // [Yusov14] Eq. 10-17: exact for two, the third meets the mean of the two
+  exact,   // the emission-absorption integral of any number
+};
+
+const char* blend_mode_name(BlendMode mode);
+
+class TiledBlend {
+ public:
+  TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
+             std::uint32_t visible_capacity);
+
+  struct Inputs {
+    const Buffer& frame_constants;
+    const Buffer& draw_particles;
+    const Buffer& counters;  // FrameCounters: visible_count and visible_groups are filled
+    const GpuTables& tables;
+    const Image& detail_noise;
+  };
+  void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
+
+ private:
+  ComputeKernel tiles_, begins_kernel_, shade_;
+  std::uint32_t columns_, rows_;
+  TilePairs pairs_;
+  Buffer rectangles_, near_m_, order_, begins_m_;
+};
+
+}  // namespace nephele
