@@ -20,6 +20,15 @@ float behind(vec2 pixel_center) {
   return log(min(ground_distance_m(pixel_direction(pixel_center, frame.image_size_px)), 1e7));
 }
 
+// Whether the scene changes abruptly within a few low-resolution pixels: near the horizon.
+bool near_edge(vec2 pixel_center) {
+  if (frame.ground_enabled == 0u) return false;
+  const float h = max(frame.camera_grid_m.z, 0.0);
+  const float horizon = -sqrt(h * (2.0 * kPlanetRadiusM + h)) / (kPlanetRadiusM + h);
+  const float pixel_rad = 4.0 / (length(vec3(frame.clip_from_render[0][1], frame.clip_from_render[1][1], frame.clip_from_render[2][1])) * float(frame.layer_size_px.y));
+  return abs(pixel_direction(pixel_center, frame.image_size_px).z - horizon) < 8.0 * pixel_rad;
+}
+
 void main() {
   const uvec2 pixel = gl_GlobalInvocationID.xy;
   if (any(greaterThanEqual(pixel, frame.image_size_px))) return;
@@ -28,7 +37,8 @@ void main() {
   const vec2 low = center / scale - 0.5;
   const ivec2 corner = ivec2(floor(low));
   const vec2 f = low - vec2(corner);
-  const float own = behind(center);
+  const bool edge = near_edge(center);
+  const float own = edge ? behind(center) : 0.0;
 
   vec4 color = vec4(0.0);
   float weights = 0.0, depth_weights = 0.0, inverse_depth = 0.0;
@@ -36,8 +46,8 @@ void main() {
     const ivec2 offset = ivec2(i & 1, i >> 1);
     const ivec2 at = clamp(corner + offset, ivec2(0), ivec2(frame.layer_size_px) - 1);
     const float bilinear = (offset.x == 1 ? f.x : 1.0 - f.x) * (offset.y == 1 ? f.y : 1.0 - f.y);
-    const float other = behind((vec2(at) + 0.5) * scale);
-    const float weight = (bilinear + 1e-4) * exp(-8.0 * min(abs(own - other), 4.0));
+    float weight = bilinear + 1e-4;
+    if (edge) weight *= exp(-8.0 * min(abs(own - behind((vec2(at) + 0.5) * scale)), 4.0));
     const vec4 texel = texelFetch(layer_color, at, 0);
     const float first = texelFetch(layer_depth, at, 0).x;
     color += weight * texel;
