@@ -6,13 +6,13 @@
 
 NEPHELE_SHARED_BEGIN
 
-NEPHELE_CONST(uint, kHazeShadowWidth, 96u);
-NEPHELE_CONST(uint, kHazeShadowHeight, 54u);
-NEPHELE_CONST(uint, kHazeShadowSteps, 48u);
+NEPHELE_CONST(uint, kHazeShadowWidth, 128u);
+NEPHELE_CONST(uint, kHazeShadowHeight, 72u);
+NEPHELE_CONST(uint, kHazeShadowSteps, 64u);
 NEPHELE_CONST(uint, kHazeShadowStepsPerSlice, 2u);
-NEPHELE_CONST(uint, kHazeShadowDepth, 25u);  // steps / steps per slice + 1
+NEPHELE_CONST(uint, kHazeShadowDepth, 33u);  // steps / steps per slice + 1
 
-// Quadratic: the first step is 35 m long, the last 3 km.
+// Quadratic: the first step is 20 m long, the last 2.5 km at a reach of 80 km.
 NEPHELE_FN float haze_shadow_distance(float unit, float reach_m) { return unit * unit * reach_m; }
 
 // image_unit: place in the image, (0, 0) its upper left corner.
