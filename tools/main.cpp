@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/device.h"
+#include "engine/leak_check.h"
 #include "tools/command.h"
 
 namespace {

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "engine/leak_check.h"
 #include "tests/support/test_device.h"
 
 int main(int argc, char** argv) {
