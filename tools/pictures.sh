@@ -8,6 +8,8 @@ cmake --preset release
 cmake --build --preset release --target nephele_program
 
 for scene in fair_weather broken_deck towering sunset inside_cloud above_deck empty; do
-  build/nephele render --scene tools/scenes/$scene.json --size 1280x720 --quality high --out docs/pictures/$scene.png "$@"
+  size=960x540
+  [[ $scene == fair_weather ]] && size=1280x720
+  build/nephele render --scene tools/scenes/$scene.json --size $size --quality high --out docs/pictures/$scene.png "$@"
   echo "docs/pictures/$scene.png"
 done
