@@ -25,7 +25,7 @@ class ReferenceParticle {
   ChordStatistics chord(const shared::vec3& entry, const shared::vec3& exit) const;
 
  private:
-  static constexpr int kSize = 128;           // vertices along a side of [-1, 1]^3
+  static constexpr int kSize = 128;  // vertices along a side of [-1, 1]^3
   static constexpr float kStepsPerRadius = 40;
   std::vector<float> density_;
 };
@@ -33,7 +33,8 @@ class ReferenceParticle {
 constexpr int kFirstMatterChords = 5;  // averaged for one texel
 
 // uint8, [S][E.v][E.u][mean, first]. progress(fraction) may be called from any thread.
-NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n, const std::function<void(double)>& progress);
+NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
+                                  const std::function<void(double)>& progress);
 
 struct ScatteringBake {
   std::uint32_t phase_function = 0;

@@ -39,7 +39,8 @@ shared::vec4 FloatTexture::sample(const shared::vec3& at) const {
   int lower[3], upper[3];
   float f[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const float place = std::clamp(at[axis] * static_cast<float>(sizes[axis]) - 0.5f, 0.0f, static_cast<float>(sizes[axis] - 1));
+    const float place =
+        std::clamp(at[axis] * static_cast<float>(sizes[axis]) - 0.5f, 0.0f, static_cast<float>(sizes[axis] - 1));
     lower[axis] = static_cast<int>(place);
     upper[axis] = std::min(lower[axis] + 1, sizes[axis] - 1);
     f[axis] = place - static_cast<float>(lower[axis]);
@@ -53,7 +54,8 @@ shared::vec4 FloatTexture::sample(const shared::vec3& at) const {
       index[axis] = high ? upper[axis] : lower[axis];
       weight *= high ? f[axis] : 1 - f[axis];
     }
-    const float* texel = &texels_[((static_cast<std::size_t>(index[2]) * height_ + index[1]) * width_ + index[0]) * channels_];
+    const float* texel =
+        &texels_[((static_cast<std::size_t>(index[2]) * height_ + index[1]) * width_ + index[0]) * channels_];
     for (int k = 0; k < channels_; ++k) sum[k] += weight * texel[k];
   }
   return sum;

@@ -11,10 +11,13 @@ namespace {
 
 constexpr int kBlock = 8192;  // elements a task sums: small enough for the cache, and the same whatever the cores
 
-int blocks(std::size_t n) { return static_cast<int>((n + kBlock - 1) / kBlock); }
+int blocks(std::size_t n) {
+  return static_cast<int>((n + kBlock - 1) / kBlock);
+}
 
 // Inner products of w with vectors[0 .. count).
-std::vector<double> inner_products(const std::vector<std::vector<float>>& vectors, int count, const std::vector<float>& w) {
+std::vector<double> inner_products(const std::vector<std::vector<float>>& vectors, int count,
+                                   const std::vector<float>& w) {
   const int parts = blocks(w.size());
   std::vector<double> partial(static_cast<std::size_t>(parts) * count);
   parallel_for(parts, [&](int part) {
@@ -38,7 +41,8 @@ std::vector<double> inner_products(const std::vector<std::vector<float>>& vector
 }
 
 // w += sum of factors[v] * vectors[v].
-void accumulate(const std::vector<std::vector<float>>& vectors, const std::vector<double>& factors, std::vector<float>& w) {
+void accumulate(const std::vector<std::vector<float>>& vectors, const std::vector<double>& factors,
+                std::vector<float>& w) {
   parallel_for(blocks(w.size()), [&](int part) {
     const std::size_t begin = static_cast<std::size_t>(part) * kBlock, end = std::min(w.size(), begin + kBlock);
     for (std::size_t v = 0; v < factors.size(); ++v) {

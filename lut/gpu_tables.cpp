@@ -5,12 +5,13 @@ namespace nephele {
 namespace {
 
 Image upload(Device& device, const Table& table, VkFormat format) {
-  Image image(device, table.name, {.format = format,
-                                   .width = table.width(),
-                                   .height = table.height(),
-                                   .depth = table.depth(),
-                                   .attachment = false,
-                                   .force_3d = true});
+  Image image(device, table.name,
+              {.format = format,
+               .width = table.width(),
+               .height = table.height(),
+               .depth = table.depth(),
+               .attachment = false,
+               .force_3d = true});
   image.write(table.array.data);
   return image;
 }

@@ -20,7 +20,8 @@ ReferenceParticle::ReferenceParticle(std::uint32_t seed) : density_(std::size_t{
     const auto place = [](int i) { return 2.0f * static_cast<float>(i) / (kSize - 1) - 1.0f; };
     float* out = &density_[static_cast<std::size_t>(z) * kSize * kSize];
     for (int y = 0; y < kSize; ++y)
-      for (int x = 0; x < kSize; ++x) *out++ = shared::reference_particle_density(vec3(place(x), place(y), place(z)), seed);
+      for (int x = 0; x < kSize; ++x)
+        *out++ = shared::reference_particle_density(vec3(place(x), place(y), place(z)), seed);
   });
 }
 
@@ -67,7 +68,9 @@ ChordStatistics ReferenceParticle::chord(const vec3& entry, const vec3& exit) co
     sum += d;
     if (d > shared::kFirstMatterDensity) {
       const float crossing = (shared::kFirstMatterDensity - before) / std::max(d - before, 1e-6f);
-      if (chord.first == 1.0f) chord.first = std::max(0.0f, static_cast<float>(i) - 0.5f + std::max(0.0f, crossing)) / static_cast<float>(steps);
+      if (chord.first == 1.0f)
+        chord.first =
+            std::max(0.0f, static_cast<float>(i) - 0.5f + std::max(0.0f, crossing)) / static_cast<float>(steps);
       chord.last = std::min(1.0f, (static_cast<float>(i) + 1.0f) / static_cast<float>(steps));
     }
     before = d;
@@ -76,7 +79,8 @@ ChordStatistics ReferenceParticle::chord(const vec3& entry, const vec3& exit) co
   return chord;
 }
 
-NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n, const std::function<void(double)>& progress) {
+NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
+                                  const std::function<void(double)>& progress) {
   NpyArray array;
   array.type = ElementType::uint8;
   array.shape = {static_cast<std::size_t>(n) * n, static_cast<std::size_t>(n), static_cast<std::size_t>(n), 2};
@@ -84,18 +88,21 @@ NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n, cons
   const int vertices = n * n;
   std::vector<vec3> points(vertices);
   for (int i = 0; i < vertices; ++i)
-    points[i] = shared::octahedral_decode(
-        vec2(static_cast<float>(i % n) / static_cast<float>(n - 1), static_cast<float>(i / n) / static_cast<float>(n - 1)));
-  // First matter jumps where a chord begins to miss a lobe. Averaged over the chords that a vertex stands for (both ends
-  // moved within about half a cell) it varies smoothly from vertex to vertex.
+    points[i] = shared::octahedral_decode(vec2(static_cast<float>(i % n) / static_cast<float>(n - 1),
+                                               static_cast<float>(i / n) / static_cast<float>(n - 1)));
+  // First matter jumps where a chord begins to miss a lobe. Averaged over the chords that a vertex stands for (both
+  // ends moved within about half a cell) it varies smoothly from vertex to vertex.
   const float spread = 1.0f / static_cast<float>(n - 1);
   const auto moved = [&](const vec3& p, std::uint32_t hash) {
     std::uint32_t state = hash;
-    const float x = shared::uniform_float(state, -1, 1), y = shared::uniform_float(state, -1, 1), z = shared::uniform_float(state, -1, 1);
+    const float x = shared::uniform_float(state, -1, 1), y = shared::uniform_float(state, -1, 1),
+                z = shared::uniform_float(state, -1, 1);
     return normalize(p + spread * vec3(x, y, z));
   };
   const auto store = [&](int s, int e, float mean, float first) {
-    const auto quantize = [](float x) { return static_cast<std::byte>(std::lround(std::clamp(x, 0.0f, 1.0f) * 255.0f)); };
+    const auto quantize = [](float x) {
+      return static_cast<std::byte>(std::lround(std::clamp(x, 0.0f, 1.0f) * 255.0f));
+    };
     std::byte* texel = &array.data[(static_cast<std::size_t>(s) * vertices + e) * 2];
     texel[0] = quantize(mean);
     texel[1] = quantize(first);

@@ -11,7 +11,8 @@ namespace nephele {
 
 namespace {
 
-// Golub and Welsch 1969: nodes and weights (summing to 1) from the recurrence coefficients of the orthogonal polynomials.
+// Golub and Welsch 1969: nodes and weights (summing to 1) from the recurrence coefficients of the orthogonal
+// polynomials.
 QuadratureRule golub_welsch(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& off_diagonal) {
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
   solver.computeFromTridiagonal(diagonal, off_diagonal);

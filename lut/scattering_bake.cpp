@@ -1,5 +1,5 @@
-// The multiple scattering table: solves the sphere at every density of the axis, gathers the radiance of orders >= 2 for
-// every (c, h) at twelve azimuths and fits a cubic in the azimuth's cosine (shared/table_axes.h).
+// The multiple scattering table: solves the sphere at every density of the axis, gathers the radiance of orders >= 2
+// for every (c, h) at twelve azimuths and fits a cubic in the azimuth's cosine (shared/table_axes.h).
 #include <array>
 #include <cmath>
 
@@ -21,18 +21,19 @@ constexpr int kAzimuths = 12;
 
 using Slice = std::vector<Eigen::Vector4d>;  // [h][c]
 
-double axis_middle(const ScatteringBake& bake) { return shared::density_axis_middle(static_cast<float>(bake.g)); }
+double axis_middle(const ScatteringBake& bake) {
+  return shared::density_axis_middle(static_cast<float>(bake.g));
+}
 
 Slice solve_slice(const ScatteringBake& bake, double sigma) {
-  // The slowest mode, all there is on the dark side of a thick sphere, weighs less and less in the residual.
-  const double residual = bake.residual * std::min(1.0, std::pow(60.0 / sigma, 2));
   const SphereSolution solution =
-      solve_sphere({bake.phase_function, bake.g, sigma}, sphere_grid(sigma, bake.coarse_solver), residual);
+      solve_sphere({bake.phase_function, bake.g, sigma}, sphere_grid(sigma, bake.coarse_solver), bake.residual);
   Slice slice(static_cast<std::size_t>(bake.chords) * bake.cosines);
   parallel_for(bake.chords, [&](int row) {
     const double h = static_cast<double>(row) / (bake.chords - 1);
     for (int column = 0; column < bake.cosines; ++column) {
-      const double c = shared::normal_cosine_from_axis(static_cast<float>(column) / static_cast<float>(bake.cosines - 1));
+      const double c =
+          shared::normal_cosine_from_axis(static_cast<float>(column) / static_cast<float>(bake.cosines - 1));
       Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
       Eigen::Vector4d rhs = Eigen::Vector4d::Zero();
       for (int k = 0; k < kAzimuths; ++k) {
@@ -77,12 +78,16 @@ NpyArray bake_multiple_scattering_array(const ScatteringBake& bake, const std::f
   const std::vector<double> radii = slice_optical_radii(bake);
   const std::size_t texels = static_cast<std::size_t>(bake.chords) * bake.cosines;
   std::vector<Slice> slices;
-  // The time of a solve grows about like the square root of the optical radius.
+  // The time of a solve: about the points of its rays, a few times over.
+  const auto cost = [&](double sigma) {
+    const SphereGrid grid = sphere_grid(sigma, bake.coarse_solver);
+    return grid.radii * grid.thetas * grid.polars * grid.modes * grid.ray_points * (1 + 0.1 * std::log1p(sigma));
+  };
   double total = 0, spent = 0;
-  for (double sigma : radii) total += 0.3 + std::sqrt(sigma);
+  for (double sigma : radii) total += cost(sigma);
   for (double sigma : radii) {
     slices.push_back(solve_slice(bake, sigma));
-    spent += 0.3 + std::sqrt(sigma);
+    spent += cost(sigma);
     if (progress) progress(spent / total);
   }
   // The last slice is the limit of infinite density: linear in the axis from the two thickest solutions.

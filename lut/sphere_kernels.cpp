@@ -5,9 +5,10 @@
 
 #include "engine/check.h"
 
-// One binary for every x86-64: the loader picks the widest variant by CPU feature. Sanitizers cannot instrument that choice.
-#if defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
+// One binary for every x86-64: the loader picks the widest variant by CPU feature. Sanitizers cannot instrument that
+// choice.
+#if defined(__x86_64__) && defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define NEPHELE_KERNEL __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define NEPHELE_KERNEL
@@ -37,9 +38,8 @@ NEPHELE_INLINE void trace_rays_body(int rays, int points, const float* slice, in
       Vector value{};
       for (int i = 0; i < 4; ++i, corner += row_floats) {
         const Memory* row = reinterpret_cast<const Memory*>(corner);
-        value += point->radius_weights[i] *
-                 (point->theta_weights[0] * row[0] + point->theta_weights[1] * row[1] +
-                  point->theta_weights[2] * row[2] + point->theta_weights[3] * row[3]);
+        value += point->radius_weights[i] * (point->theta_weights[0] * row[0] + point->theta_weights[1] * row[1] +
+                                             point->theta_weights[2] * row[2] + point->theta_weights[3] * row[3]);
       }
       const int place = static_cast<int>(point->cosine_at);
       const float f = point->cosine_at - static_cast<float>(place);
@@ -76,7 +76,8 @@ NEPHELE_INLINE void multiply_opacity_body(int nodes, const float* lambda, const 
 }
 
 template <int Modes>
-NEPHELE_INLINE void multiply_phase_body(int rows, int columns, const float* matrix, const float* radiance, float* result) {
+NEPHELE_INLINE void multiply_phase_body(int rows, int columns, const float* matrix, const float* radiance,
+                                        float* result) {
   using Vector = typename Lanes<Modes>::Vector;
   using Memory = typename Lanes<Modes>::Memory;
   const Memory* from = reinterpret_cast<const Memory*>(radiance);
@@ -111,7 +112,8 @@ NEPHELE_KERNEL void multiply_opacity_16(int nodes, const float* lambda, const fl
 NEPHELE_KERNEL void multiply_phase_8(int rows, int columns, const float* matrix, const float* radiance, float* result) {
   multiply_phase_body<8>(rows, columns, matrix, radiance, result);
 }
-NEPHELE_KERNEL void multiply_phase_16(int rows, int columns, const float* matrix, const float* radiance, float* result) {
+NEPHELE_KERNEL void multiply_phase_16(int rows, int columns, const float* matrix, const float* radiance,
+                                      float* result) {
   multiply_phase_body<16>(rows, columns, matrix, radiance, result);
 }
 

@@ -14,8 +14,8 @@ struct LineAllocator {
   LineAllocator() = default;
   template <class U>
   LineAllocator(const LineAllocator<U>&) {}
-  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t{64})); }
-  void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t{64}); }
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new (n * sizeof(T), std::align_val_t{64})); }
+  void deallocate(T* p, std::size_t) { ::operator delete (p, std::align_val_t{64}); }
   bool operator==(const LineAllocator&) const { return true; }
 };
 using AlignedFloats = std::vector<float, LineAllocator<float>>;
@@ -25,7 +25,7 @@ struct RayPoint {
   int offset;               // of the stencil's corner, floats
   float radius_weights[4];  // times the quadrature weight
   float theta_weights[4];
-  float cosine_at;          // place in the cosine table
+  float cosine_at;  // place in the cosine table
 };
 
 // cos(m psi) for m < modes, tabulated over psi in [0, pi]; linear in between (error below 3e-4 for m = 15).

@@ -8,6 +8,8 @@
 #include "lut/gmres.h"
 #include "lut/parallel.h"
 #include "lut/quadrature.h"
+#include "lut/sphere_axes.h"
+#include "lut/sphere_diffusion.h"
 #include "lut/sphere_kernels.h"
 #include "shared/phase.h"
 
@@ -15,93 +17,9 @@ namespace nephele {
 
 namespace {
 
-constexpr double kTau = 6.283185307179586476925286766559;
-constexpr double kHalfTau = kTau / 2;
-
 double phase_per_sr(const SphereProblem& problem, double mu) {
   return shared::phase_per_sr(problem.phase_function, static_cast<float>(mu), static_cast<float>(problem.g));
 }
-
-// Four Lagrange weights at place x between nodes 0..3.
-void cubic_weights(double x, double* w) {
-  w[0] = -(x - 1) * (x - 2) * (x - 3) / 6;
-  w[1] = x * (x - 2) * (x - 3) / 2;
-  w[2] = -x * (x - 1) * (x - 3) / 2;
-  w[3] = x * (x - 1) * (x - 2) / 6;
-}
-
-// Radii from the surface inwards, r(u) = 1 - sinh(kappa u) / sinh(kappa): the first interval is a small part of a mean
-// free path, because J varies like x log x under the surface.
-class RadialAxis {
- public:
-  RadialAxis(int nodes, double sigma) : last_(nodes - 1) {
-    const double first = 0.04 / sigma;
-    double low = 1e-3, high = 30;
-    if (first < 1.0 / last_) {
-      for (int i = 0; i < 60; ++i) {
-        const double middle = 0.5 * (low + high);
-        (std::sinh(middle / last_) / std::sinh(middle) > first ? low : high) = middle;
-      }
-    } else {
-      low = 1e-3;
-    }
-    kappa_ = low;
-    sinh_kappa_ = std::sinh(kappa_);
-  }
-  double radius(int i) const { return i == last_ ? 0.0 : 1 - std::sinh(kappa_ * i / last_) / sinh_kappa_; }
-  double index(double r) const { return std::asinh(std::max(0.0, 1 - r) * sinh_kappa_) / kappa_ * last_; }
-
- private:
-  int last_;
-  double kappa_, sinh_kappa_;
-};
-
-// Polar angles between direction and light, graded towards the phase function's peaks.
-class PolarAxis {
- public:
-  PolarAxis(int nodes, double g) : last_(nodes - 1), symmetric_(g < 0) {
-    const double first = std::max(0.02, 0.5 * (1 - std::abs(g)));
-    if (symmetric_) {
-      strength_ = std::clamp(1 - first * last_ / kHalfTau, 0.0, 0.75);
-      return;
-    }
-    double low = 1e-3, high = 6;
-    if (first < kHalfTau / last_) {
-      for (int i = 0; i < 60; ++i) {
-        const double middle = 0.5 * (low + high);
-        (kHalfTau * std::sinh(middle / last_) / std::sinh(middle) > first ? low : high) = middle;
-      }
-    }
-    strength_ = low;
-  }
-  // Angle at node coordinate i in [0, last], its derivative, and the inverse.
-  double angle(double i) const {
-    const double u = i / last_;
-    return symmetric_ ? kHalfTau * u - strength_ * 0.5 * std::sin(kTau * u)
-                      : kHalfTau * std::sinh(strength_ * u) / std::sinh(strength_);
-  }
-  double derivative(double i) const {
-    const double u = i / last_;
-    return (symmetric_ ? kHalfTau * (1 - strength_ * std::cos(kTau * u))
-                       : kHalfTau * strength_ * std::cosh(strength_ * u) / std::sinh(strength_)) /
-           last_;
-  }
-  double index(double angle) const {
-    if (!symmetric_) return std::asinh(angle / kHalfTau * std::sinh(strength_)) / strength_ * last_;
-    double low = 0, high = last_;
-    for (int i = 0; i < 50; ++i) {
-      const double middle = 0.5 * (low + high);
-      (this->angle(middle) < angle ? low : high) = middle;
-    }
-    return 0.5 * (low + high);
-  }
-  int last() const { return last_; }
-
- private:
-  int last_;
-  bool symmetric_;
-  double strength_ = 0;
-};
 
 constexpr int kRefine = 3;  // fine polar nodes per coarse interval: they resolve the horizon's kink
 
@@ -120,6 +38,7 @@ struct SphereSolution::State {
   void build_phase_matrices();
   std::vector<float> second_order_source();
   void apply(const float* source, float* scattered);
+  void add_diffusion(const float* rest, float* corrected) const;
   void fill_slice(const float* source, int polar, float* slice) const;
   RayPoint locate(double x, double y, double z, double azimuth) const;
   void scatter_cell(int cell, const float* fine_lambda, const AlignedFloats& matrix, float* scattered) const;
@@ -129,14 +48,16 @@ struct SphereSolution::State {
   RadialAxis radial;
   PolarAxis polar;
   int fine_polars;
+  SphereDiffusion diffusion;
+  std::vector<double> polar_weights;  // of the integral over all directions of a cubic through the polar nodes
   ExponentialRules ray_rules, gather_rules;
   CosineTable cosines;
-  std::vector<RayPoint> rays;          // [polar][radius][theta][azimuth][point]
-  AlignedFloats opacity_modes;         // [radius][theta][fine polar][2 modes]: of 1 - exp(-T)
-  AlignedFloats phase_matrix;          // [polar][fine polar][mode]
-  AlignedFloats beam_matrix;           // the same, with the beam's phase function inside the integral
-  AlignedFloats lambda;                // [radius][theta][polar][mode], scratch
-  AlignedFloats slices;                // J with ghosts: [polar][radius][theta + 2][mode]
+  std::vector<RayPoint> rays;   // [polar][radius][theta][azimuth][point]
+  AlignedFloats opacity_modes;  // [radius][theta][fine polar][2 modes]: of 1 - exp(-T)
+  AlignedFloats phase_matrix;   // [polar][fine polar][mode]
+  AlignedFloats beam_matrix;    // the same, with the beam's phase function inside the integral
+  AlignedFloats lambda;         // [radius][theta][polar][mode], scratch
+  AlignedFloats slices;         // J with ghosts: [polar][radius][theta + 2][mode]
   int applications = 0;
   double residual = 0;
 };
@@ -147,11 +68,25 @@ SphereSolution::State::State(const SphereProblem& p, const SphereGrid& g)
       radial(g.radii, p.sigma),
       polar(g.polars, p.g),
       fine_polars((g.polars - 1) * kRefine + 1),
+      diffusion(radial, g.radii, g.thetas, p.sigma,
+                p.sigma * (1 - shared::phase_mean_cosine(p.phase_function, static_cast<float>(p.g)))),
       ray_rules(g.ray_points),
       gather_rules(16),
       cosines(g.modes) {
   lambda.resize(size());
   slices.resize(slice_floats() * grid.polars);
+  polar_weights.assign(grid.polars, 0.0);
+  const QuadratureRule rule = gauss_legendre(6);
+  for (int interval = 0; interval < polar.last(); ++interval) {
+    for (std::size_t q = 0; q < rule.nodes.size(); ++q) {
+      const double place = interval + rule.nodes[q];
+      const double measure = rule.weights[q] * polar.derivative(place) * kTau * std::sin(polar.angle(place));
+      double w[4];
+      cubic_weights(rule.nodes[q] + 1, w);
+      for (int tap = 0; tap < 4; ++tap)
+        polar_weights[mirrored_node(interval - 1 + tap, polar.last())] += measure * w[tap];
+    }
+  }
 }
 
 // Distance from p = (r, at angle with cosine `cosine` to the direction) backwards along the direction to the surface.
@@ -273,10 +208,9 @@ void SphereSolution::State::build_phase_matrices() {
         double w[4];
         cubic_weights(rule.nodes[q] + 1, w);
         for (int tap = 0; tap < 4; ++tap) {
-          int node = interval - 1 + tap;
           // Beyond a pole the direction is the one on the other side: odd modes change sign.
-          const bool mirrored = node < 0 || node > fine_last;
-          node = node < 0 ? -node : (node > fine_last ? 2 * fine_last - node : node);
+          const bool mirrored = interval - 1 + tap < 0 || interval - 1 + tap > fine_last;
+          const int node = mirrored_node(interval - 1 + tap, fine_last);
           for (int m = 0; m < modes; ++m) {
             const double sign = mirrored && (m & 1) ? -1.0 : 1.0;
             const double value = sign * w[tap] * weight * kernel[m] * kTau / azimuths;
@@ -305,8 +239,7 @@ void SphereSolution::State::scatter_cell(int cell, const float* fine_lambda, con
                    &opacity_modes[static_cast<std::size_t>(cell) * fine_polars * 2 * modes], radiance.data());
   multiply_phase(modes, grid.polars, fine_polars, matrix.data(), radiance.data(), result.data());
   const std::size_t cells = static_cast<std::size_t>(grid.radii) * grid.thetas;
-  for (int a = 0; a < grid.polars; ++a)
-    std::copy_n(&result[a * modes], modes, scattered + (a * cells + cell) * modes);
+  for (int a = 0; a < grid.polars; ++a) std::copy_n(&result[a * modes], modes, scattered + (a * cells + cell) * modes);
 }
 
 // J2: the once-scattered radiance at every cell is exact, p(alpha) S(r, theta, alpha, beta).
@@ -376,8 +309,9 @@ void SphereSolution::State::apply(const float* source, float* scattered) {
     float values[16];
     for (int j = 0; j < grid.thetas; ++j) {
       const int cell = i * grid.thetas + j;
-      trace_rays(modes, azimuths, points, &slices[a * slice_floats()], (grid.thetas + 2) * modes, cosines.entries.data(),
-                 &rays[(static_cast<std::size_t>(a) * cells + cell) * azimuths * points], values);
+      trace_rays(modes, azimuths, points, &slices[a * slice_floats()], (grid.thetas + 2) * modes,
+                 cosines.entries.data(), &rays[(static_cast<std::size_t>(a) * cells + cell) * azimuths * points],
+                 values);
       float* out = &lambda[(static_cast<std::size_t>(cell) * grid.polars + a) * modes];
       std::fill_n(out, modes, 0.0f);
       for (int b = 0; b < azimuths; ++b) {
@@ -409,9 +343,8 @@ void SphereSolution::State::apply(const float* source, float* scattered) {
       }
       std::fill_n(out, modes, 0.0f);
       for (int tap = 0; tap < 4; ++tap) {
-        int node = base - 1 + tap;
-        const bool mirrored = node < 0 || node > last;
-        node = node < 0 ? -node : (node > last ? 2 * last - node : node);
+        const bool mirrored = base - 1 + tap < 0 || base - 1 + tap > last;
+        const int node = mirrored_node(base - 1 + tap, last);
         const float even = kFineWeights[k][tap], odd = mirrored ? -even : even;
         for (int m = 0; m < modes; m += 2) {
           out[m] += even * coarse[node * modes + m];
@@ -423,13 +356,32 @@ void SphereSolution::State::apply(const float* source, float* scattered) {
   });
 }
 
+// Diffusion synthetic acceleration (Larsen 1984) as a preconditioner: what is left over spreads like diffusing light,
+// the one thing that successive scattering takes thousands of steps for in a thick sphere.
+void SphereSolution::State::add_diffusion(const float* rest, float* corrected) const {
+  const int modes = grid.modes, cells = grid.radii * grid.thetas;
+  std::vector<double> source(cells, 0.0);
+  for (int a = 0; a < grid.polars; ++a)
+    for (int cell = 0; cell < cells; ++cell)
+      source[cell] += polar_weights[a] * rest[(static_cast<std::size_t>(a) * cells + cell) * modes];
+  const std::vector<double> flux = diffusion.solve(source);
+  std::copy_n(rest, size(), corrected);
+  for (int a = 0; a < grid.polars; ++a)
+    for (int cell = 0; cell < cells; ++cell)
+      corrected[(static_cast<std::size_t>(a) * cells + cell) * modes] += static_cast<float>(flux[cell] / (2 * kTau));
+}
+
 SphereSolution::SphereSolution() = default;
 SphereSolution::SphereSolution(SphereSolution&&) noexcept = default;
 SphereSolution& SphereSolution::operator=(SphereSolution&&) noexcept = default;
 SphereSolution::~SphereSolution() = default;
 
-int SphereSolution::applications() const { return state_->applications; }
-double SphereSolution::residual() const { return state_->residual; }
+int SphereSolution::applications() const {
+  return state_->applications;
+}
+double SphereSolution::residual() const {
+  return state_->residual;
+}
 
 SphereGrid sphere_grid(double sigma, bool coarse) {
   if (coarse || sigma <= 5) return {14, 16, 16, 8, 6};
@@ -445,9 +397,17 @@ SphereSolution solve_sphere(const SphereProblem& problem, const SphereGrid& grid
   state.build_opacity_modes();
   state.build_phase_matrices();
   const std::vector<float> second = state.second_order_source();
-  GmresResult solved =
-      gmres([&](const float* in, float* out) { state.apply(in, out); }, second, residual, 200, 1000);
-  for (int a = 0; a < grid.polars; ++a) state.fill_slice(solved.x.data(), a, &state.slices[a * state.slice_floats()]);
+  // (1 - K) M y = second, J = M y, with M = 1 + diffusion.
+  std::vector<float> corrected(state.size());
+  GmresResult solved = gmres(
+      [&](const float* in, float* out) {
+        state.add_diffusion(in, corrected.data());
+        state.apply(corrected.data(), out);
+        for (std::size_t i = 0; i < corrected.size(); ++i) out[i] += in[i] - corrected[i];
+      },
+      second, residual, 100, 1000);
+  state.add_diffusion(solved.x.data(), corrected.data());
+  for (int a = 0; a < grid.polars; ++a) state.fill_slice(corrected.data(), a, &state.slices[a * state.slice_floats()]);
   state.applications = solved.applications;
   state.residual = solved.residual;
   // Only the slices and axes are needed from here on.
@@ -476,9 +436,8 @@ double SphereSolution::chord_source(double c, double h, double x) const {
     const double u = t[k] / s.problem.sigma;
     const RayPoint point = s.locate(st - u * ox, -u * oy, c - u * oz, beta);
     for (int tap = 0; tap < 4; ++tap) {
-      int node = base - 1 + tap;
-      const bool mirrored = node < 0 || node > s.polar.last();
-      node = node < 0 ? -node : (node > s.polar.last() ? 2 * s.polar.last() - node : node);
+      const bool mirrored = base - 1 + tap < 0 || base - 1 + tap > s.polar.last();
+      const int node = mirrored_node(base - 1 + tap, s.polar.last());
       // A direction beyond its pole is the opposite azimuth's.
       RayPoint turned = point;
       if (mirrored) turned.cosine_at = s.cosines.place(beta + kHalfTau - std::atan2(-u * oy, st - u * ox));

@@ -2,9 +2,9 @@
 // source function J of all orders >= 2,
 //   J = J2 + K J,   J2 = scattering integral of the once-scattered radiance,   K = scatter (trace J along rays).
 //
-// J(r, theta, alpha, m) are cosine modes of the azimuth beta = azimuth(direction) - azimuth(position); alpha is the angle
-// between direction and light. In this global frame alpha is constant along a ray and the light's forward peak stays on
-// the first alpha nodes, whatever the place. One application of K:
+// J(r, theta, alpha, m) are cosine modes of the azimuth beta = azimuth(direction) - azimuth(position); alpha is the
+// angle between direction and light. In this global frame alpha is constant along a ray and the light's forward peak
+// stays on the first alpha nodes, whatever the place. One application of K:
 //   1. Lambda: mean of J along the backward ray with weight exp(-t), by Gauss points for that very weight; only this
 //      smooth function is interpolated;
 //   2. radiance L = Lambda (1 - exp(-T)): the opacity, with its kink at the horizon, enters by its azimuth modes;
@@ -52,8 +52,8 @@ class SphereSolution {
   std::unique_ptr<State> state_;
 };
 
-// residual: relative, at which GMRES stops. The dark side of thick spheres is hardly seen by the residual: at 1e-3 it
-// is still 78 % too dark at sigma = 50.
+// residual: relative, at which GMRES stops. Without its diffusion preconditioner the residual would hardly see the dark
+// side of thick spheres (at 1e-3 and sigma = 50 that side is still 78 % too dark); with it 3e-5 leaves 0.5 %.
 SphereSolution solve_sphere(const SphereProblem& problem, const SphereGrid& grid, double residual);
 
 }  // namespace nephele

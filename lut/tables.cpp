@@ -11,6 +11,7 @@
 
 #include "engine/check.h"
 #include "lut/bake.h"
+#include "lut/table_errors.h"
 #include "shared/table_axes.h"
 
 #ifndef NEPHELE_LUT_HASH
@@ -42,25 +43,24 @@ json multiple_scattering_parameters(const TableParameters& p) {
 }
 
 json common_metadata(const char* name, const json& parameters, const NpyArray& array) {
-  return {{"format", "nephele table"},
-          {"version", kFormatVersion},
-          {"table", name},
-          {"generator", NEPHELE_LUT_HASH},
-          {"parameters", parameters},
-          {"dtype", npy_descriptor(array.type)},
-          {"shape", array.shape},
-          {"bytes", array.data.size()},
-          {"data_fnv1a", hex64(fnv1a(array.data))}};
+  return {{"format", "nephele table"},     {"version", kFormatVersion},  {"table", name},
+          {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters},   {"dtype", npy_descriptor(array.type)},
+          {"shape", array.shape},          {"bytes", array.data.size()}, {"data_fnv1a", hex64(fnv1a(array.data))}};
 }
 
 std::string cache_stem(const char* name, const json& parameters) {
-  const std::string key = json{{"version", kFormatVersion}, {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters}}.dump();
+  const std::string key =
+      json{{"version", kFormatVersion}, {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters}}.dump();
   return std::string(name) + "-" + hex64(fnv1a(std::as_bytes(std::span(key))));
 }
 
-std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text));
+}
 
-void warn_on_stderr(const std::string& line) { std::fprintf(stderr, "nephele: %s\n", line.c_str()); }
+void warn_on_stderr(const std::string& line) {
+  std::fprintf(stderr, "nephele: %s\n", line.c_str());
+}
 
 // Fails when the metadata was tampered with.
 std::optional<float> mean_fill_of(const Table& table) {
@@ -70,14 +70,17 @@ std::optional<float> mean_fill_of(const Table& table) {
 }
 
 // Whether the table is what `parameters` ask for, made by this version.
-Result<void> check_table(const Table& table, const std::filesystem::path& json_path, const char* name, const json& parameters,
-                         const std::vector<std::size_t>& shape) {
+Result<void> check_table(const Table& table, const std::filesystem::path& json_path, const char* name,
+                         const json& parameters, const std::vector<std::size_t>& shape) {
   const json metadata = json::parse(table.metadata);
-  if (metadata["table"] != name) return Error{json_path.string() + ": table: " + metadata["table"].dump() + ", expected " + name};
-  if (metadata["generator"] != NEPHELE_LUT_HASH) return Error{json_path.string() + ": generator: made by another version"};
+  if (metadata["table"] != name)
+    return Error{json_path.string() + ": table: " + metadata["table"].dump() + ", expected " + name};
+  if (metadata["generator"] != NEPHELE_LUT_HASH)
+    return Error{json_path.string() + ": generator: made by another version"};
   if (metadata["parameters"] != parameters) return Error{json_path.string() + ": parameters: not those asked for"};
   if (table.array.shape != shape) return Error{json_path.string() + ": shape: not what the parameters ask for"};
-  if (name == kOpticalDepth && !mean_fill_of(table)) return Error{json_path.string() + ": mean_fill: a number is expected"};
+  if (name == kOpticalDepth && !mean_fill_of(table))
+    return Error{json_path.string() + ": mean_fill: a number is expected"};
   return {};
 }
 
@@ -128,7 +131,8 @@ Table load_or_bake_one(const std::filesystem::path& dir, const char* name, const
     warn(cached.error().message + "; the table is baked again");
   }
   Table table = bake();
-  if (Result<void> saved = save_table(dir, stem, table); !saved) warn(saved.error().message + "; the table is not cached");
+  if (Result<void> saved = save_table(dir, stem, table); !saved)
+    warn(saved.error().message + "; the table is not cached");
   return table;
 }
 
@@ -153,10 +157,13 @@ Result<void> TableParameters::validate() const {
   if (phase_function > 1) return outside("phase_function", phase_function, 0, 1);
   if (!(std::abs(g_single) <= 0.95)) return outside("g_single", g_single, -0.95, 0.95);
   if (!(std::abs(g_multiple) <= 0.95)) return outside("g_multiple", g_multiple, -0.95, 0.95);
-  if (optical_depth_size < 4 || optical_depth_size > 64) return outside("optical_depth_size", optical_depth_size, 4, 64);
-  if (scattering_cosines < 4 || scattering_cosines > 128) return outside("scattering_cosines", scattering_cosines, 4, 128);
+  if (optical_depth_size < 4 || optical_depth_size > 64)
+    return outside("optical_depth_size", optical_depth_size, 4, 64);
+  if (scattering_cosines < 4 || scattering_cosines > 128)
+    return outside("scattering_cosines", scattering_cosines, 4, 128);
   if (scattering_chords < 3 || scattering_chords > 128) return outside("scattering_chords", scattering_chords, 3, 128);
-  if (scattering_densities < 4 || scattering_densities > 64) return outside("scattering_densities", scattering_densities, 4, 64);
+  if (scattering_densities < 4 || scattering_densities > 64)
+    return outside("scattering_densities", scattering_densities, 4, 64);
   if (!(residual >= 1e-7 && residual <= 1e-2)) return outside("residual", residual, 1e-7, 1e-2);
   return {};
 }
@@ -175,16 +182,20 @@ Table bake_optical_depth(const TableParameters& parameters, const ProgressCallba
   Table table;
   table.name = kOpticalDepth;
   std::mutex mutex;
-  table.array = bake_optical_depth_array(particle, static_cast<int>(parameters.optical_depth_size), [&](double fraction) {
-    const std::scoped_lock lock(mutex);
-    if (progress) progress(kOpticalDepth, fraction);
-  });
+  table.array =
+      bake_optical_depth_array(particle, static_cast<int>(parameters.optical_depth_size), [&](double fraction) {
+        const std::scoped_lock lock(mutex);
+        if (progress) progress(kOpticalDepth, fraction);
+      });
   json metadata = common_metadata(kOpticalDepth, optical_depth_parameters(parameters), table.array);
-  metadata["axes"] = {{{"name", "entry"}, {"meaning", "entry point on an octahedral map, row-major: v * N + u"}},
-                      {{"name", "exit_v"}, {"meaning", "exit point, octahedral v"}, {"range", {0, 1}}},
-                      {{"name", "exit_u"}, {"meaning", "exit point, octahedral u"}, {"range", {0, 1}}},
-                      {{"name", "channel"}, {"meaning", "mean extinction / peak; fraction of the chord before first matter"}}};
+  metadata["axes"] = {
+      {{"name", "entry"}, {"meaning", "entry point on an octahedral map, row-major: v * N + u"}},
+      {{"name", "exit_v"}, {"meaning", "exit point, octahedral v"}, {"range", {0, 1}}},
+      {{"name", "exit_u"}, {"meaning", "exit point, octahedral u"}, {"range", {0, 1}}},
+      {{"name", "channel"}, {"meaning", "mean extinction / peak; fraction of the chord before first matter"}}};
   metadata["mean_fill"] = particle.mean_fill();
+  metadata["error"] = {{"transmittance_rms_at_peak_optical_radius_8",
+                        transmittance_error(FloatTexture(table), parameters.particle_seed)}};
   table.metadata = metadata.dump(2) + "\n";
   return table;
 }
@@ -204,10 +215,18 @@ Table bake_multiple_scattering(const TableParameters& parameters, const Progress
   });
   json metadata = common_metadata(kMultipleScattering, multiple_scattering_parameters(parameters), table.array);
   const double middle = shared::density_axis_middle(static_cast<float>(parameters.g_multiple));
-  metadata["axes"] = {{{"name", "density"}, {"meaning", "sigma / (sigma + middle), sigma = optical radius"}, {"middle", middle}, {"range", {0, 1}}},
+  metadata["axes"] = {{{"name", "density"},
+                       {"meaning", "sigma / (sigma + middle), sigma = optical radius"},
+                       {"middle", middle},
+                       {"range", {0, 1}}},
                       {{"name", "chord"}, {"meaning", "h = n.omega, half the chord"}, {"range", {0, 1}}},
                       {{"name", "cosine"}, {"meaning", "0.5 + 0.5 sign(c) |c|^0.7, c = n.s"}, {"range", {0, 1}}},
                       {{"name", "coefficient"}, {"meaning", "of the cubic in the azimuth's cosine, constant first"}}};
+  const FloatTexture texture(table);
+  for (const double sigma : {0.1, 1.0, 4.0, 16.0, 100.0})
+    metadata["error"]["energy"].push_back(
+        {{"optical_radius", sigma},
+         {"relative", energy_error(texture, parameters.phase_function, parameters.g_multiple, sigma)}});
   table.metadata = metadata.dump(2) + "\n";
   return table;
 }
@@ -229,18 +248,21 @@ Result<Table> load_table(const std::filesystem::path& json_path) {
   const auto bad = [&](const std::string& what) { return Error{json_path.string() + ": " + what}; };
   if (!metadata.is_object()) return bad("not a JSON object");
   for (const char* field : {"format", "table", "generator", "dtype", "data_fnv1a"})
-    if (!metadata.contains(field) || !metadata[field].is_string()) return bad(std::string(field) + ": a string is expected");
+    if (!metadata.contains(field) || !metadata[field].is_string())
+      return bad(std::string(field) + ": a string is expected");
   for (const char* field : {"version", "bytes"})
     if (!metadata.contains(field) || !metadata[field].is_number_unsigned())
       return bad(std::string(field) + ": a number is expected");
-  if (!metadata.contains("parameters") || !metadata["parameters"].is_object()) return bad("parameters: an object is expected");
+  if (!metadata.contains("parameters") || !metadata["parameters"].is_object())
+    return bad("parameters: an object is expected");
   if (metadata["format"] != "nephele table") return bad("format: 'nephele table' is expected");
   if (metadata["version"] != kFormatVersion) return bad(concat("version: ", kFormatVersion, " is expected"));
 
   Result<NpyArray> array = read_npy(std::filesystem::path(json_path).replace_extension(".npy"));
   if (!array) return array.error();
   if (metadata["dtype"] != npy_descriptor(array->type)) return bad("dtype: differs from the array's");
-  if (!metadata.contains("shape") || metadata["shape"] != json(array->shape)) return bad("shape: differs from the array's");
+  if (!metadata.contains("shape") || metadata["shape"] != json(array->shape))
+    return bad("shape: differs from the array's");
   if (array->shape.size() != 4) return bad("shape: four axes are expected");
   if (metadata["bytes"] != array->data.size()) return bad("bytes: differs from the array's");
   if (metadata["data_fnv1a"] != hex64(fnv1a(array->data))) return bad("data_fnv1a: the array's data is damaged");
@@ -255,12 +277,12 @@ Result<Tables> load_or_bake(const TableParameters& parameters, const std::filesy
   const WarningCallback say = warn ? warn : warn_on_stderr;
   Tables tables;
   tables.parameters = parameters;
-  tables.optical_depth = load_or_bake_one(cache_dir, kOpticalDepth, optical_depth_parameters(parameters),
-                                          optical_depth_shape(parameters), say,
-                                          [&] { return bake_optical_depth(parameters, progress); });
-  tables.multiple_scattering = load_or_bake_one(cache_dir, kMultipleScattering, multiple_scattering_parameters(parameters),
-                                                multiple_scattering_shape(parameters), say,
-                                                [&] { return bake_multiple_scattering(parameters, progress); });
+  tables.optical_depth =
+      load_or_bake_one(cache_dir, kOpticalDepth, optical_depth_parameters(parameters), optical_depth_shape(parameters),
+                       say, [&] { return bake_optical_depth(parameters, progress); });
+  tables.multiple_scattering = load_or_bake_one(
+      cache_dir, kMultipleScattering, multiple_scattering_parameters(parameters), multiple_scattering_shape(parameters),
+      say, [&] { return bake_multiple_scattering(parameters, progress); });
   tables.mean_fill = *mean_fill_of(tables.optical_depth);
   return tables;
 }
@@ -281,10 +303,12 @@ Result<Tables> load_tables(const std::filesystem::path& dir) {
   }
   const TableParameters& p = tables.parameters;
   if (Result<void> valid = p.validate(); !valid) return Error{dir.string() + ": parameters: " + valid.error().message};
-  if (auto ok = check_table(*optical_depth, path(kOpticalDepth), kOpticalDepth, optical_depth_parameters(p), optical_depth_shape(p)); !ok)
+  if (auto ok = check_table(*optical_depth, path(kOpticalDepth), kOpticalDepth, optical_depth_parameters(p),
+                            optical_depth_shape(p));
+      !ok)
     return ok.error();
-  if (auto ok = check_table(*multiple_scattering, path(kMultipleScattering), kMultipleScattering, multiple_scattering_parameters(p),
-                            multiple_scattering_shape(p));
+  if (auto ok = check_table(*multiple_scattering, path(kMultipleScattering), kMultipleScattering,
+                            multiple_scattering_parameters(p), multiple_scattering_shape(p));
       !ok)
     return ok.error();
   tables.optical_depth = std::move(*optical_depth);
@@ -293,7 +317,8 @@ Result<Tables> load_tables(const std::filesystem::path& dir) {
   return tables;
 }
 
-Result<Tables> bake_to(const std::filesystem::path& dir, const TableParameters& parameters, const ProgressCallback& progress) {
+Result<Tables> bake_to(const std::filesystem::path& dir, const TableParameters& parameters,
+                       const ProgressCallback& progress) {
   if (Result<void> valid = parameters.validate(); !valid) return valid.error();
   Tables tables;
   tables.parameters = parameters;

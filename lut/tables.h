@@ -17,25 +17,25 @@
 namespace nephele {
 
 struct TableParameters {
-  std::uint32_t phase_function = 0;      // shared::kPhaseHenyeyGreenstein or kPhaseCornetteShanks
-  double g_single = 0.85;                // of single scattering; evaluated while shading, bakes nothing
-  double g_multiple = 0.85;              // of orders >= 2, -0.95 .. 0.95
-  std::uint32_t optical_depth_size = 32; // vertices along a side of each octahedral map, 4 .. 64
-  std::uint32_t scattering_cosines = 48; // texels along c, 4 .. 128
-  std::uint32_t scattering_chords = 24;  // along h, 3 .. 128
+  std::uint32_t phase_function = 0;         // shared::kPhaseHenyeyGreenstein or kPhaseCornetteShanks
+  double g_single = 0.85;                   // of single scattering; evaluated while shading, bakes nothing
+  double g_multiple = 0.85;                 // of orders >= 2, -0.95 .. 0.95
+  std::uint32_t optical_depth_size = 32;    // vertices along a side of each octahedral map, 4 .. 64
+  std::uint32_t scattering_cosines = 48;    // texels along c, 4 .. 128
+  std::uint32_t scattering_chords = 24;     // along h, 3 .. 128
   std::uint32_t scattering_densities = 16;  // along the density axis, 4 .. 64
-  bool coarse_solver = false;            // the thin particles' grid for every density
-  double residual = 3e-5;                // relative, at which a solution counts as converged, 1e-8 .. 1e-2
-  std::uint32_t particle_seed = 5;       // of the reference particle
+  bool coarse_solver = false;               // the thin particles' grid for every density
+  double residual = 3e-5;                   // relative, at which a solution counts as converged, 1e-8 .. 1e-2
+  std::uint32_t particle_seed = 5;          // of the reference particle
 
   static Result<TableParameters> preset(const std::string& name);  // default, fast
   Result<void> validate() const;
 };
 
 struct Table {
-  std::string name;       // file name without extension
-  NpyArray array;         // slowest axis first, channels last
-  std::string metadata;   // the text of its JSON file
+  std::string name;      // file name without extension
+  NpyArray array;        // slowest axis first, channels last
+  std::string metadata;  // the text of its JSON file
 
   // Texels of the 3D texture: width is the fastest axis.
   std::uint32_t width() const { return static_cast<std::uint32_t>(array.shape[2]); }

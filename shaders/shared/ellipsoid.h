@@ -10,10 +10,10 @@ NEPHELE_SHARED_BEGIN
 // Where a ray meets an ellipsoid. The distances are kept as the chord's middle and half length, because their
 // difference is exact where entry and exit distances, both huge, would cancel.
 struct EllipsoidHit {
-  float mid_m;     // distance along the ray to the middle of the chord; negative when it lies behind the origin
-  float half_m;    // half the chord's length; 0 for a tangent
-  vec3 entry;      // unit space, on the unit sphere
-  vec3 exit;       // unit space, on the unit sphere
+  float mid_m;   // distance along the ray to the middle of the chord; negative when it lies behind the origin
+  float half_m;  // half the chord's length; 0 for a tangent
+  vec3 entry;    // unit space, on the unit sphere
+  vec3 exit;     // unit space, on the unit sphere
 };
 
 // Directions and offsets: from the ellipsoid's own axes (before scaling) to render space and back.
@@ -33,7 +33,8 @@ NEPHELE_FN vec3 render_from_local(vec3 v, float yaw_rad) {
 // The ray origin + t * direction against the unit sphere; the direction need not be unit. Closest-approach form
 // (Haines et al., Precision Improvements for Ray/Sphere Intersection, Ray Tracing Gems ch. 7): no difference of
 // large squares. mid and half are in units of the direction's length.
-NEPHELE_FN bool intersect_unit_sphere(vec3 origin, vec3 direction, NEPHELE_OUT(float) mid, NEPHELE_OUT(float) half_chord) {
+NEPHELE_FN bool intersect_unit_sphere(vec3 origin, vec3 direction, NEPHELE_OUT(float) mid,
+                                      NEPHELE_OUT(float) half_chord) {
   float a = dot(direction, direction);
   mid = -dot(origin, direction) / a;
   vec3 closest = origin + mid * direction;
@@ -76,7 +77,9 @@ NEPHELE_FN vec3 quaternion_rotate_inverse(vec4 q, vec3 v) {
 }
 
 // A particle's orientation: the rotation from the reference particle's frame to the particle's unit space.
-NEPHELE_FN uint pack_orientation(vec4 q) { return packSnorm4x8(q); }
+NEPHELE_FN uint pack_orientation(vec4 q) {
+  return packSnorm4x8(q);
+}
 
 NEPHELE_FN vec4 unpack_orientation(uint packed) {
   vec4 q = unpackSnorm4x8(packed);
@@ -93,7 +96,9 @@ NEPHELE_FN vec4 random_rotation(float u0, float u1, float u2) {
   return vec4(sin(t0) * r0, cos(t0) * r0, sin(t1) * r1, cos(t1) * r1);
 }
 
-NEPHELE_FN float sign_not_zero(float x) { return x < 0.0f ? -1.0f : 1.0f; }
+NEPHELE_FN float sign_not_zero(float x) {
+  return x < 0.0f ? -1.0f : 1.0f;
+}
 
 // Octahedral map: unit vectors <-> the square [0, 1]^2 (after Meyer et al. 2010; Cigolle et al., A Survey of Efficient
 // Representations for Independent Unit Vectors, JCGT 3(2), 2014). +z is the centre, -z all four corners; opposite

@@ -22,9 +22,13 @@ NEPHELE_FN uint noise_mix(uint x) {
   return x ^ (x >> 16u);
 }
 
-NEPHELE_FN float noise_fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
+NEPHELE_FN float noise_fade(float t) {
+  return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+}
 
-NEPHELE_FN uint noise_seed(uint seed, int octave) { return noise_mix(seed + uint(octave) * kNoiseOctaveSeed); }
+NEPHELE_FN uint noise_seed(uint seed, int octave) {
+  return noise_mix(seed + uint(octave) * kNoiseOctaveSeed);
+}
 
 // Dot product with a direction of length about sqrt(2) from the hash: a parabolic sine of a uniform angle.
 NEPHELE_FN float noise_gradient2(uint hash, float x, float y) {
@@ -50,8 +54,8 @@ NEPHELE_FN float gradient_noise2_cell(uvec2 lower, uvec2 upper, vec2 f, uint see
   uint y0 = lower.y * kNoiseSpreadY;
   uint y1 = upper.y * kNoiseSpreadY;
   float wx = noise_fade(f.x);
-  float bottom = mix(noise_gradient2(noise_mix(x0 ^ y0), f.x, f.y),
-                     noise_gradient2(noise_mix(x1 ^ y0), f.x - 1.0f, f.y), wx);
+  float bottom =
+      mix(noise_gradient2(noise_mix(x0 ^ y0), f.x, f.y), noise_gradient2(noise_mix(x1 ^ y0), f.x - 1.0f, f.y), wx);
   float top = mix(noise_gradient2(noise_mix(x0 ^ y1), f.x, f.y - 1.0f),
                   noise_gradient2(noise_mix(x1 ^ y1), f.x - 1.0f, f.y - 1.0f), wx);
   return mix(bottom, top, noise_fade(f.y));

@@ -1,4 +1,5 @@
-// Phase functions, per steradian: they integrate to 1 over the sphere. mu = cosine of the scattering angle, 1 = forward.
+// Phase functions, per steradian: they integrate to 1 over the sphere. mu = cosine of the scattering angle, 1 =
+// forward.
 #ifndef NEPHELE_SHARED_PHASE_H
 #define NEPHELE_SHARED_PHASE_H
 

@@ -56,8 +56,10 @@ NEPHELE_FN float single_scattering(float c, float h, float mu, float sigma) {
   float p2 = -log(1.0f - v * (1.0f - x1));
   float p3 = -log(1.0f - v * (1.0f - x0));
   return v / slope *
-         (w0 * (single_scattering_term(c, h, mu, sigma, p0 / a, p0) + single_scattering_term(c, h, mu, sigma, p3 / a, p3)) +
-          w1 * (single_scattering_term(c, h, mu, sigma, p1 / a, p1) + single_scattering_term(c, h, mu, sigma, p2 / a, p2)));
+         (w0 * (single_scattering_term(c, h, mu, sigma, p0 / a, p0) +
+                single_scattering_term(c, h, mu, sigma, p3 / a, p3)) +
+          w1 * (single_scattering_term(c, h, mu, sigma, p1 / a, p1) +
+                single_scattering_term(c, h, mu, sigma, p2 / a, p2)));
 }
 
 NEPHELE_SHARED_END

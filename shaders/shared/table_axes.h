@@ -5,8 +5,8 @@
 // scattering.h). A texel holds a0..a3; with x = cosine of the azimuth between view ray and light around the normal
 //   radiance of orders >= 2 per unit irradiance = max(0, a0 + a1 x + a2 x^2 + a3 x^3) * multiple_scattering_scale(...).
 //
-// Optical depth, one RG8 3D texture of N x N x N^2: entry point S and exit point E of a chord of the unit sphere, each on
-// an octahedral map of N x N vertices; x = E.u, y = E.v, z = N * S.v + S.u. The maps' folds run along cell edges, so
+// Optical depth, one RG8 3D texture of N x N x N^2: entry point S and exit point E of a chord of the unit sphere, each
+// on an octahedral map of N x N vertices; x = E.u, y = E.v, z = N * S.v + S.u. The maps' folds run along cell edges, so
 // no interpolation crosses a seam.
 #ifndef NEPHELE_SHARED_TABLE_AXES_H
 #define NEPHELE_SHARED_TABLE_AXES_H
@@ -18,9 +18,13 @@
 NEPHELE_SHARED_BEGIN
 
 // Vertex-centred texture coordinate of the axis value t in [0, 1], n texels; and back.
-NEPHELE_FN float texture_from_axis(float t, float n) { return (t * (n - 1.0f) + 0.5f) / n; }
+NEPHELE_FN float texture_from_axis(float t, float n) {
+  return (t * (n - 1.0f) + 0.5f) / n;
+}
 
-NEPHELE_FN float axis_from_texture(float u, float n) { return (u * n - 0.5f) / (n - 1.0f); }
+NEPHELE_FN float axis_from_texture(float u, float n) {
+  return (u * n - 0.5f) / (n - 1.0f);
+}
 
 // c in [-1, 1]: finer around the terminator, c = 0.
 NEPHELE_FN float axis_from_normal_cosine(float c) {
@@ -35,13 +39,17 @@ NEPHELE_FN float normal_cosine_from_axis(float t) {
 // The optical radius half way along the density axis: grows with the asymmetry of the phase function.
 NEPHELE_FN float density_axis_middle(float g) {
   float a = abs(g);
-  return 4.0f + 2.0f * clamp(a / 0.6f, 0.0f, 1.0f) + 6.0f * clamp((a - 0.85f) / 0.05f, 0.0f, 1.0f);
+  return 4.0f + 2.0f * clamp(a / 0.6f, 0.0f, 1.0f) + 2.0f * clamp((a - 0.85f) / 0.05f, 0.0f, 1.0f);
 }
 
 // sigma in [0, inf) on [0, 1].
-NEPHELE_FN float axis_from_optical_radius(float sigma, float middle) { return sigma / (sigma + middle); }
+NEPHELE_FN float axis_from_optical_radius(float sigma, float middle) {
+  return sigma / (sigma + middle);
+}
 
-NEPHELE_FN float optical_radius_from_axis(float t, float middle) { return middle * t / max(1.0f - t, 1e-6f); }
+NEPHELE_FN float optical_radius_from_axis(float t, float middle) {
+  return middle * t / max(1.0f - t, 1e-6f);
+}
 
 // Cosine of the azimuth between the light and the view ray around the normal; any value will do at the poles.
 NEPHELE_FN float azimuth_cosine(float c, float h, float mu) {

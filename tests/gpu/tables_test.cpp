@@ -116,7 +116,8 @@ TEST_CASE("the device fetches what the CPU fetches, everywhere") {
   const std::vector<Query> edges = edge_queries(g_table);
   queries.insert(queries.end(), edges.begin(), edges.end());
   const std::vector<Answer> answers = ask(queries);
-  const FloatTexture optical_depth(test::test_tables().optical_depth), multiple(test::test_tables().multiple_scattering);
+  const FloatTexture optical_depth(test::test_tables().optical_depth),
+      multiple(test::test_tables().multiple_scattering);
   double worst_depth = 0, worst_single = 0, worst_multiple = 0, worst_noise = 0;
   int bad = 0, hashes = 0;
   for (std::size_t i = 0; i < queries.size(); ++i) {
@@ -126,14 +127,16 @@ TEST_CASE("the device fetches what the CPU fetches, everywhere") {
     const float c = float(t.c), h = float(t.h), mu = float(t.mu);
     if (!(std::isfinite(a.single) && std::isfinite(a.multiple) && a.single >= 0 && a.multiple >= 0)) ++bad;
     const vec2 depth = fetch_optical_depth(optical_depth, q.entry, q.exit);
-    worst_depth = std::max<double>({worst_depth, std::abs(depth.x - a.optical_depth.x), std::abs(depth.y - a.optical_depth.y)});
+    worst_depth =
+        std::max<double>({worst_depth, std::abs(depth.x - a.optical_depth.x), std::abs(depth.y - a.optical_depth.y)});
     const float single = shared::single_scattering(c, h, mu, q.sigma);
     worst_single = std::max<double>(worst_single, std::abs(single - a.single));
     const float radiance = fetch_multiple(multiple, c, h, mu, q.sigma, q.g);
     worst_multiple = std::max<double>(worst_multiple, std::abs(radiance - a.multiple) / (0.02 + radiance));
     const vec3 middle = 0.5f * (q.entry + q.exit);
-    worst_noise = std::max<double>({worst_noise, std::abs(shared::reference_particle_density(middle, 5u) - a.density),
-                                    std::abs(shared::fbm3(10.0f * q.entry, shared::uvec3(0xfffffffeu, 3u, i), 9u, 3) - a.noise)});
+    worst_noise =
+        std::max<double>({worst_noise, std::abs(shared::reference_particle_density(middle, 5u) - a.density),
+                          std::abs(shared::fbm3(10.0f * q.entry, shared::uvec3(0xfffffffeu, 3u, i), 9u, 3) - a.noise)});
     const auto expected = shared::hash_ivec3(shared::ivec3(floor(100.0f * q.entry)), static_cast<std::uint32_t>(i));
     hashes += expected == a.hash;
   }
@@ -178,8 +181,8 @@ TEST_CASE("single plus multiple scattering on the device is within 2 % of a fine
       error += errors[i];
       value += values[i];
     }
-    CHECK(std::sqrt(error2 / value2) < 0.02);       // measured 0.2 to 1.3 %
-    CHECK(std::abs(error / value) < 0.005);         // measured at most 0.2 %
+    CHECK(std::sqrt(error2 / value2) < 0.02);  // measured 0.2 to 1.3 %
+    CHECK(std::abs(error / value) < 0.005);    // measured at most 0.2 %
   }
 }
 
@@ -195,7 +198,8 @@ TEST_CASE("the default table's energy is the incident power") {
       for (int j = 0; j < 20; ++j) {
         const double h = chords.nodes[j];
         for (int k = 0; k < azimuths; ++k) {
-          const double mu = c * h + std::sqrt((1 - c * c) * (1 - h * h)) * std::cos(std::acos(-1.0) * (k + 0.5) / azimuths);
+          const double mu =
+              c * h + std::sqrt((1 - c * c) * (1 - h * h)) * std::cos(std::acos(-1.0) * (k + 0.5) / azimuths);
           const float fc = float(c), fh = float(h), fm = float(mu), fs = float(sigma);
           rows[i] += half.weights[i % 24] * 2 * y * chords.weights[j] * h *
                      (shared::phase_henyey_greenstein(fm, g_table) * shared::single_scattering(fc, fh, fm, fs) +

@@ -44,7 +44,8 @@ TEST_CASE("ellipsoid chords agree with the quadratic formula in doubles at any d
     for (int i = 0; i < 2000; ++i) {
       const vec3 radius(20 + 200 * unit(random), 20 + 200 * unit(random), 10 + 100 * unit(random));
       const vec3 center = distance_m * random_direction(random);
-      const vec3 aim = center + 0.95f * min(radius.x, min(radius.y, radius.z)) * unit(random) * random_direction(random);
+      const vec3 aim =
+          center + 0.95f * min(radius.x, min(radius.y, radius.z)) * unit(random) * random_direction(random);
       const vec3 direction = distance_m > 0 ? normalize(aim) : random_direction(random);
       const float yaw = 6.2831853f * unit(random);
       EllipsoidHit hit;

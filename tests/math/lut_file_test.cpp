@@ -26,7 +26,8 @@ TableParameters tiny() {
 
 std::filesystem::path find_json(const std::filesystem::path& dir, const std::string& prefix) {
   for (const auto& entry : std::filesystem::directory_iterator(dir))
-    if (entry.path().filename().string().starts_with(prefix) && entry.path().extension() == ".json") return entry.path();
+    if (entry.path().filename().string().starts_with(prefix) && entry.path().extension() == ".json")
+      return entry.path();
   return {};
 }
 
@@ -77,9 +78,14 @@ TEST_CASE("an .npy file cut at any length or with a changed header is refused by
   }
   test::write_file(path, whole + "x");
   CHECK_FALSE(read_npy(path));
-  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
-           {"<f2", ">f2"}, {"<f2", "<f8"}, {"False", "True "}, {"(3, 2, 5)", "(3, 2, 6)"}, {"(3, 2, 5)", "(0, 2, 5)"},
-           {"(3, 2, 5)", "(       )"}, {"NUMPY\x01", "NUMPY\x02"}, {"(3, 2, 5), }", "(9999999999)"}}) {
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{{"<f2", ">f2"},
+                                                                                 {"<f2", "<f8"},
+                                                                                 {"False", "True "},
+                                                                                 {"(3, 2, 5)", "(3, 2, 6)"},
+                                                                                 {"(3, 2, 5)", "(0, 2, 5)"},
+                                                                                 {"(3, 2, 5)", "(       )"},
+                                                                                 {"NUMPY\x01", "NUMPY\x02"},
+                                                                                 {"(3, 2, 5), }", "(9999999999)"}}) {
     test::write_file(path, whole);
     replace_in(path, from, to);
     const Result<NpyArray> changed = read_npy(path);
@@ -93,13 +99,13 @@ TEST_CASE("tables are baked once, then read back bit for bit") {
   std::vector<std::string> warnings;
   int progress_calls = 0;
   const auto warn = [&](const std::string& line) { warnings.push_back(line); };
-  const Result<Tables> baked =
-      load_or_bake(tiny(), dir.path(), [&](const std::string&, double) { ++progress_calls; }, warn);
+  const Result<Tables> baked = load_or_bake(
+      tiny(), dir.path(), [&](const std::string&, double) { ++progress_calls; }, warn);
   REQUIRE(baked);
   CHECK(progress_calls > 0);
   CHECK(dir.entries().size() == 4);  // two .npy, two .json, nothing temporary
-  const Result<Tables> loaded =
-      load_or_bake(tiny(), dir.path(), [](const std::string&, double) { FAIL_CHECK("baked again"); }, warn);
+  const Result<Tables> loaded = load_or_bake(
+      tiny(), dir.path(), [](const std::string&, double) { FAIL_CHECK("baked again"); }, warn);
   REQUIRE(loaded);
   CHECK(warnings.empty());
   CHECK(loaded->optical_depth.array.data == baked->optical_depth.array.data);
@@ -124,7 +130,8 @@ TEST_CASE("damaged and foreign cache files are reported by name and baked again"
   const auto expect_rebake = [&](const std::string& field) {
     CAPTURE(field);
     std::vector<std::string> warnings;
-    const Result<Tables> again = load_or_bake(tiny(), dir.path(), {}, [&](const std::string& line) { warnings.push_back(line); });
+    const Result<Tables> again =
+        load_or_bake(tiny(), dir.path(), {}, [&](const std::string& line) { warnings.push_back(line); });
     REQUIRE(again);
     CHECK(again->multiple_scattering.array.data == good->multiple_scattering.array.data);
     REQUIRE(warnings.size() == 1);
@@ -145,11 +152,12 @@ TEST_CASE("damaged and foreign cache files are reported by name and baked again"
     expect_rebake(field);
   }
   // What loading alone finds.
-  for (const auto& [from, to, field] : std::vector<std::array<std::string, 3>>{{"\"version\": 1", "\"version\": 9", "version"},
-                                                                               {"\"<f2\"", "\"<f4\"", "dtype"},
-                                                                               {"nephele table", "somebody's", "format"},
-                                                                               {"\"bytes\": ", "\"bytes\": 1", "bytes"},
-                                                                               {"\"shape\"", "\"shapes\"", "shape"}}) {
+  for (const auto& [from, to, field] :
+       std::vector<std::array<std::string, 3>>{{"\"version\": 1", "\"version\": 9", "version"},
+                                               {"\"<f2\"", "\"<f4\"", "dtype"},
+                                               {"nephele table", "somebody's", "format"},
+                                               {"\"bytes\": ", "\"bytes\": 1", "bytes"},
+                                               {"\"shape\"", "\"shapes\"", "shape"}}) {
     test::write_file(json_path, json_text);
     replace_in(json_path, from, to);
     const Result<Table> loaded = load_table(json_path);

@@ -55,7 +55,8 @@ TEST_CASE("gradient noise has mean 0, a stated spread, and is continuous across 
   CHECK(largest < 1.2);
   for (int i = 0; i < 1000; ++i) {
     // Either side of a cell wall: slope at most about 4 per cell.
-    const vec3 p(std::floor(uniform_float(state, -50, 50)), uniform_float(state, -50, 50), uniform_float(state, -50, 50));
+    const vec3 p(std::floor(uniform_float(state, -50, 50)), uniform_float(state, -50, 50),
+                 uniform_float(state, -50, 50));
     const vec3 step(1e-4f, 0, 0);
     CHECK(std::abs(gradient_noise3(p - step, uvec3(0u), 3u) - gradient_noise3(p + step, uvec3(0u), 3u)) < 1e-3f);
     CHECK(std::abs(worley_f1(p - step, uvec3(0u), 3u) - worley_f1(p + step, uvec3(0u), 3u)) < 1e-3f);
@@ -99,7 +100,8 @@ TEST_CASE("Worley distance is that to the nearest feature of a wide search") {
     for (int z = -2; z <= 2; ++z)
       for (int y = -2; y <= 2; ++y)
         for (int x = -2; x <= 2; ++x)
-          nearest = std::min(nearest, worley_distance2(uvec3(ivec3(cell)) + uvec3(ivec3(x, y, z)), vec3(x, y, z), p - cell, 4u));
+          nearest = std::min(nearest,
+                             worley_distance2(uvec3(ivec3(cell)) + uvec3(ivec3(x, y, z)), vec3(x, y, z), p - cell, 4u));
     const float f1 = worley_f1(p, uvec3(0u), 4u);
     if (nearest < 1.0f) CHECK(f1 == doctest::Approx(std::sqrt(nearest)));
     mean += f1 / 2000;

@@ -1,0 +1,18 @@
+// What a bake measures about its own tables and writes beside them.
+#pragma once
+
+#include <cstdint>
+
+#include "lut/cpu_fetch.h"
+
+namespace nephele {
+
+// RMS error of the transmittance exp(-tau) of the reference particle at peak optical radius 8, over random chords
+// (impact uniform in area), against plain marching of the density.
+double transmittance_error(const FloatTexture& optical_depth, std::uint32_t particle_seed);
+
+// Direct plus single plus multiple scattering, over the incident power, minus 1: what a sphere of this optical radius
+// gains or loses. Single scattering by the formula that shading uses.
+double energy_error(const FloatTexture& multiple_scattering, std::uint32_t phase_function, double g, double sigma);
+
+}  // namespace nephele
