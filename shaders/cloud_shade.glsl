@@ -35,13 +35,18 @@ Detail detail_at(vec3 p_render, float distance_m) {
   float beyond = smoothstep(40.0, 300.0, distance_m);
   float coarse_share = beyond * (1.0 - smoothstep(6.0, 24.0, pixel_m));
   float fine_share = beyond * (1.0 - smoothstep(2.0, 8.0, pixel_m));
-  float coarse = textureLod(detail_noise, p * kDetailCoarse, 0.0).x - kDetailMean;
-  float fine = textureLod(detail_noise, fine_p, 0.0).x - kDetailMean;
-  float lump = textureLod(detail_noise, p * kRelief, 0.0).x;
-  float sunward = textureLod(detail_noise, (p + kReliefStepM * frame.sun_direction) * kRelief, 0.0).x;
-  Detail detail;
-  detail.density = clamp(1.0 + 2.6 * (0.65 * coarse_share * coarse + 0.35 * fine_share * fine), 0.0, 2.2);
-  detail.relief = clamp(1.0 + beyond * 0.4 * (lump - sunward), 0.6, 1.4);
+  float lump_share = beyond * (1.0 - smoothstep(25.0, 100.0, pixel_m));
+  Detail detail = Detail(1.0, 1.0);
+  if (coarse_share > 0.0) {
+    float coarse = textureLod(detail_noise, p * kDetailCoarse, 0.0).x - kDetailMean;
+    float fine = fine_share > 0.0 ? textureLod(detail_noise, fine_p, 0.0).x - kDetailMean : 0.0;
+    detail.density = clamp(1.0 + 2.6 * (0.65 * coarse_share * coarse + 0.35 * fine_share * fine), 0.0, 2.2);
+  }
+  if (lump_share > 0.0) {
+    float lump = textureLod(detail_noise, p * kRelief, 0.0).x;
+    float sunward = textureLod(detail_noise, (p + kReliefStepM * frame.sun_direction) * kRelief, 0.0).x;
+    detail.relief = clamp(1.0 + lump_share * 0.4 * (lump - sunward), 0.6, 1.4);
+  }
   return detail;
 }
 
@@ -63,7 +68,7 @@ bool cut_at_base(float base_m, vec3 direction, inout float near_m, inout float f
 }
 
 // Source radiance at `at` (metres from the camera) of the segment of optical depth tau along the chord of half length h.
-vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit, float tau_chord, float matter_m) {
+vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit, float tau_chord) {
   vec3 place = direction * at_m;
   float mu = dot(frame.sun_direction, direction);  // light travels along -sun, towards the eye along -direction
   float c = dot(entry, p.light_direction);
@@ -127,8 +132,6 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
     density *= mix(1.0, detail.density, exp(-0.12 * density * (far_m - near_m)));
     relief = detail.relief;
   }
-  if (density * (far_m - near_m) < 1e-4) return false;
-
   segment.extinction_per_m = density;
   segment.near_m = near_m;
   segment.far_m = far_m;
@@ -136,9 +139,10 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
     segment.radiance = p.radiance_per_sr;
     return true;
   }
+  if (density * (far_m - near_m) < 1e-4) return false;  // not worth its light
   float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
   float mu_unit = dot(p.light_direction, -normalize(step));
-  segment.radiance = relief * source_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord, far_m - near_m);
+  segment.radiance = relief * source_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord);
   return true;
 }
 

@@ -17,11 +17,12 @@
 
 NEPHELE_SHARED_BEGIN
 
+// Octaves after Wrenninge et al., Art-directable multiple volumetric scattering (2013): octave k = 1 .. 5 sees 0.5^k of
+// the optical depth and of the asymmetry, and weighs 0.62^k.
 NEPHELE_CONST(int, kDiffuseOctaves, 5);
-NEPHELE_CONST(float, kOctaveAttenuation, 0.5f);  // optical depth of each further octave
-NEPHELE_CONST(float, kOctaveAsymmetry, 0.5f);    // g of each further octave
-NEPHELE_CONST(float, kOctaveWeight, 0.62f);      // share of each further octave
-NEPHELE_CONST(float, kOctaveGain, 1.0f);
+NEPHELE_CONST(float, kOctaveWeight, 0.62f);
+NEPHELE_CONST(float, kLastOctaveWeight, 0.0916132832f);  // 0.62^5
+NEPHELE_CONST(float, kLastOctaveShare, 0.03125f);        // 0.5^5
 
 // Neighbouring particles overlap: the homogeneous sphere that stands in for one is this much thicker than it alone.
 NEPHELE_CONST(float, kNeighbourhood, 4.0f);
@@ -31,16 +32,17 @@ NEPHELE_CONST(float, kNeighbourhood, 4.0f);
 NEPHELE_CONST(float, kBeamSpread, 3.5f);
 
 // Sunlight scattered at least twice on its way through neighbours of optical depth tau, per unit irradiance, per sr.
+// From the last octave up, so that one exponential, squared again and again, serves all.
 NEPHELE_FN float diffuse_octaves(float mu, float g, float tau) {
   float sum = 0.0f;
-  float weight = kOctaveGain;
-  float depth = tau;
-  float asymmetry = g;
+  float weight = kLastOctaveWeight;
+  float asymmetry = g * kLastOctaveShare;
+  float transmittance = exp(-tau * kLastOctaveShare);
   for (int i = 0; i < kDiffuseOctaves; ++i) {
-    weight *= kOctaveWeight;
-    depth *= kOctaveAttenuation;
-    asymmetry *= kOctaveAsymmetry;
-    sum += weight * phase_henyey_greenstein(mu, asymmetry) * exp(-depth);
+    sum += weight * phase_henyey_greenstein(mu, asymmetry) * transmittance;
+    weight *= 1.0f / kOctaveWeight;
+    asymmetry *= 2.0f;
+    transmittance *= transmittance;
   }
   return sum;
 }
