@@ -6,6 +6,8 @@
 //   (*renderer)->render(camera, time_s);
 //   auto pixels = (*renderer)->read_display();
 //
+// A host that has a VkDevice lends it through Device::adopt and records frames into its own command buffers.
+//
 // A renderer keeps no history: a frame depends on scene, camera and time alone. One thread at a time.
 #pragma once
 
@@ -58,6 +60,16 @@ class Renderer {
 
   // Renders one frame and waits for it. The camera is in world space; time moves the clouds with the wind.
   void render(const CameraState& camera, double time_s);
+
+  // The same for a host with its own command buffer (of a device lent through Device::adopt): records the frame, the
+  // host submits it. Before the next frame is recorded the host must have waited for this one; then collect() reads
+  // its times and counts. The images below are in layout GENERAL, made visible to everything that follows.
+  void record(const CameraState& camera, double time_s, VkCommandBuffer commands);
+  void collect();
+  const Image& hdr() const;          // RGBA32F, linear radiance before exposure
+  const Image& display() const;      // RGBA8, tone-mapped sRGB
+  const Image* cloud_color() const;  // RGBA32F, premultiplied radiance and transmittance; null: a scene without clouds
+  const Image* cloud_depth() const;  // R32F, metres to the first matter, +inf without
 
   // Of the last frame, row by row from the top left.
   std::vector<float> read_hdr();             // linear R G B A, before exposure and tone mapping; A = 1

@@ -94,6 +94,15 @@ struct Renderer::Implementation {
         passes(device, tables, scene, settings, constants),
         executor(device) {}
 
+  // The steps of one frame.
+  FrameBuilder build(const CameraState& camera, double time_s) {
+    place_camera(camera, time_s);
+    FrameBuilder frame(device);
+    passes.add(frame, constants, camera.position_m);
+    description = frame.describe();
+    return frame;
+  }
+
   void place_camera(const CameraState& camera, double time_s) {
     const CameraMatrices matrices = camera_matrices(camera, static_cast<double>(settings.width) / settings.height);
     constants.clip_from_render = matrices.clip_from_render;
@@ -128,19 +137,41 @@ Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables&
 void Renderer::render(const CameraState& camera, double time_s) {
   Implementation& r = *implementation_;
   const auto start = std::chrono::steady_clock::now();
-  r.place_camera(camera, time_s);
-  FrameBuilder frame(r.device);
-  r.passes.add(frame, r.constants, camera.position_m);
+  const FrameBuilder frame = r.build(camera, time_s);
   r.stats.cpu_ms = milliseconds_since(start);
   r.executor.run(frame);
   r.stats.frame_ms = milliseconds_since(start);
+  collect();
+}
 
-  r.description = frame.describe();
+void Renderer::record(const CameraState& camera, double time_s, VkCommandBuffer commands) {
+  Implementation& r = *implementation_;
+  const auto start = std::chrono::steady_clock::now();
+  r.executor.record(r.build(camera, time_s), commands);
+  r.stats.cpu_ms = milliseconds_since(start);
+  r.stats.frame_ms = 0;  // the host's to measure
+}
+
+void Renderer::collect() {
+  Implementation& r = *implementation_;
   r.stats.passes = r.executor.pass_times();
   r.stats.fragments_shaded = r.executor.fragments_shaded();
   r.stats.gpu_memory_bytes = r.device.allocated_bytes();
   r.stats.backend = backend_name(r.settings.backend);
   r.passes.count(r.stats);
+}
+
+const Image& Renderer::hdr() const { return implementation_->passes.hdr(); }
+const Image& Renderer::display() const { return implementation_->passes.display(); }
+
+const Image* Renderer::cloud_color() const {
+  const CloudLayer* layer = implementation_->passes.cloud_layer();
+  return layer ? &layer->color() : nullptr;
+}
+
+const Image* Renderer::cloud_depth() const {
+  const CloudLayer* layer = implementation_->passes.cloud_layer();
+  return layer ? &layer->depth() : nullptr;
 }
 
 std::vector<float> Renderer::read_hdr() {
