@@ -1,7 +1,7 @@
 // The particles of a frame ([Yusov14] 5.2): cloud cells of the ring grid, expanded into particles in render space
 // after those that the scene lists; and the list of the ones the camera can see.
 //
-// reads -> writes: frame constants -> particles, visible list; in counters all but tile_pair_* and fragments_shaded
+// reads -> writes: frame constants -> particles, visible list; in counters all but tile_pair_*, screen_pair_* and pairs_shaded
 // cost: cells of all rings (looked up once each) and the particles of the occupied ones, three field evaluations each.
 //
 // The order is fixed: listed particles, then ring by ring, row by row. Nothing depends on earlier frames.

@@ -30,7 +30,7 @@ struct FramePasses::Clouds {
         tables(device, tables_in),
         light_tiles(device, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
         occlusion(device, particles.capacity()),
-        sort(device, particles.capacity()),
+        sort(device, particles.capacity(), settings.blend == BlendMode::exact ? ViewOrder::nearest_point : ViewOrder::center),
         shadow(device, kShadowTexelsPerTile),
         layer(device, {settings.width, settings.height, settings.scale}, settings.backend, settings.blend, particles.capacity()),
         counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}

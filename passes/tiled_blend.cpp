@@ -14,30 +14,56 @@ namespace {
 // Room for pairs: a cloud field has some tens a tile, a few large particles near the camera cover every tile.
 constexpr std::uint32_t kPairsPerTile = 256;
 constexpr std::uint32_t kPairsPerParticle = 8;
+constexpr VkDeviceSize kMinPairs = 1u << 20;
+
+// As in draw_texels.glsl; a row is shorter than the 16 384 texels that lavapipe and every GPU offer.
+constexpr std::uint32_t kParticlesPerRow = 1024, kTexelsPerRow = 10 * kParticlesPerRow;
 
 std::uint32_t tiles_across(std::uint32_t pixels) { return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx; }
 
+// Turns (shaded particles) of one pixel of the exact blend before it merges. Lavapipe ends every loop of eight threads
+// once all of theirs have gone round 65 535 times, and a turn takes a handful of rounds.
+constexpr std::uint32_t kTurnsOnCpu = 8192, kTurnsOnGpu = 1u << 18;
+// Lists up to this length take fewer slots in the exact blend, and on a CPU a column of pixels a thread.
+constexpr std::uint32_t kShortList = 128;
+
+bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+
+ComputeKernel shade_kernel(Device& device, const ShaderCode& code, std::uint32_t pixels_per_thread) {
+  const std::uint32_t turns = (on_cpu(device) ? kTurnsOnCpu : kTurnsOnGpu) / pixels_per_thread;
+  const SpecConstant constants[] = {{0, 64 / pixels_per_thread}, {1, pixels_per_thread}, {2, turns}};
+  return ComputeKernel(device, code, constants);
+}
+
 std::uint32_t pair_capacity(const Device& device, std::uint32_t tiles, std::uint32_t particles) {
-  const VkDeviceSize wanted = VkDeviceSize{tiles} * std::min(kPairsPerTile, particles) + VkDeviceSize{kPairsPerParticle} * particles;
-  return static_cast<std::uint32_t>(std::min(wanted, device.info().max_storage_buffer_bytes / sizeof(std::uint32_t)));
+  const VkDeviceSize all = VkDeviceSize{tiles} * particles;
+  const VkDeviceSize wanted = std::max(VkDeviceSize{kPairsPerTile} * tiles + VkDeviceSize{kPairsPerParticle} * particles, kMinPairs);
+  return static_cast<std::uint32_t>(std::min({all, wanted, device.info().max_storage_buffer_bytes / sizeof(std::uint32_t)}));
 }
 
 }  // namespace
 
 const char* blend_mode_name(BlendMode mode) { return mode == BlendMode::exact ? "exact" : "volume"; }
 
-TiledBlend::TiledBlend(Device& device, BlendMode, std::uint32_t layer_width, std::uint32_t layer_height,
+TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
                        std::uint32_t visible_capacity)
     : tiles_(device, shaders::screen_tiles_comp),
       begins_kernel_(device, shaders::screen_begins_comp),
-      shade_(device, shaders::cloud_tiles_comp_volume),
+      shade_short_(shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact : shaders::cloud_tiles_comp_volume,
+                                on_cpu(device) ? 8 : 1)),
+      shade_long_(shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, 1)),
       columns_(tiles_across(layer_width)),
       rows_(tiles_across(layer_height)),
       pairs_(device, "screen_tile", visible_capacity, pair_capacity(device, columns_ * rows_, visible_capacity), columns_, rows_),
       rectangles_(device, "screen_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
       near_m_(device, "screen_near", VkDeviceSize{visible_capacity} * sizeof(float)),
       order_(device, "screen_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
-      begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)) {}
+      pixels_(device, "screen_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
+      entries_(device, "screen_entries", VkDeviceSize{pairs_.pair_capacity()} * sizeof(std::uint32_t)),
+      draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, kTexelsPerRow, (visible_capacity + kParticlesPerRow - 1) / kParticlesPerRow}),
+      begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)) {
+  NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
+}
 
 void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth) {
   frame.compute({.name = "screen_tiles",
@@ -47,7 +73,9 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                               {2, inputs.counters, Access::storage_read},
                               {3, rectangles_, Access::storage_write},
                               {4, near_m_, Access::storage_write},
-                              {5, order_, Access::storage_write}},
+                              {5, order_, Access::storage_write},
+                              {6, pixels_, Access::storage_write},
+                              {7, draw_texels_, Access::storage_write}},
                  .indirect = {&inputs.counters, offsetof(FrameCounters, visible_groups)}});
   const TileLists lists = pairs_.add(frame, "screen_tiles", inputs.counters,
                                      {.item_count = offsetof(FrameCounters, visible_count),
@@ -61,23 +89,30 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                  .bindings = {{0, lists.ranges, Access::storage_read},
                               {1, lists.list, Access::storage_read},
                               {2, near_m_, Access::storage_read},
-                              {3, begins_m_, Access::storage_write}},
-                 .push = as_push(pairs_.tile_count()),
+                              {3, pixels_, Access::storage_read},
+                              {4, entries_, Access::storage_write},
+                              {5, begins_m_, Access::storage_write}},
+                 .push = as_push(glm::uvec2(columns_, rows_)),
                  .groups = {(pairs_.tile_count() + 31) / 32, 1, 1}});
-  frame.compute({.name = "shade_blend",
-                 .kernel = &shade_,
-                 .bindings = {{0, inputs.frame_constants, Access::uniform},
-                              {1, inputs.draw_particles, Access::storage_read},
-                              {2, inputs.tables.optical_depth(), Access::sampled},
-                              {3, inputs.tables.multiple_scattering(), Access::sampled},
-                              {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
-                              {5, lists.ranges, Access::storage_read},
-                              {6, lists.list, Access::storage_read},
-                              {7, begins_m_, Access::storage_read},
-                              {8, inputs.counters, Access::storage_read_write},
-                              {9, layer_color, Access::storage_write},
-                              {10, layer_depth, Access::storage_write}},
-                 .groups = {columns_, rows_, 1}});
+  const auto shade = [&](const ComputeKernel& kernel, std::uint32_t shortest, std::uint32_t longest) {
+    frame.compute({.name = "shade_blend",
+                   .kernel = &kernel,
+                   .bindings = {{0, inputs.frame_constants, Access::uniform},
+                                {1, draw_texels_, Access::sampled, Sampler::nearest_clamp},
+                                {2, inputs.tables.optical_depth(), Access::sampled},
+                                {3, inputs.tables.multiple_scattering(), Access::sampled},
+                                {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
+                                {5, lists.ranges, Access::storage_read},
+                                {6, entries_, Access::storage_read},
+                                {7, begins_m_, Access::storage_read},
+                                {8, inputs.counters, Access::storage_read_write},
+                                {9, layer_color, Access::storage_write},
+                                {10, layer_depth, Access::storage_write}},
+                   .push = as_push(glm::uvec2(shortest, longest)),
+                   .groups = {columns_, rows_, 1}});
+  };
+  shade(shade_short_, 0, kShortList);
+  shade(shade_long_, kShortList + 1, ~0u);
 }
 
 }  // namespace nephele

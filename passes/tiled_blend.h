@@ -35,10 +35,12 @@ class TiledBlend {
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  ComputeKernel tiles_, begins_kernel_, shade_;
+  ComputeKernel tiles_, begins_kernel_, shade_short_, shade_long_;
   std::uint32_t columns_, rows_;
   TilePairs pairs_;
-  Buffer rectangles_, near_m_, order_, begins_m_;
+  Buffer rectangles_, near_m_, order_, pixels_, entries_;
+  Image draw_texels_;
+  Buffer begins_m_;
 };
 
 }  // namespace nephele

@@ -10,8 +10,8 @@ namespace {
 constexpr std::uint32_t kKeyBits = 24;
 }
 
-ViewSort::ViewSort(Device& device, std::uint32_t visible_capacity)
-    : keys_(device, shaders::view_sort_keys_comp), sort_(device, "view_sort", visible_capacity) {}
+ViewSort::ViewSort(Device& device, std::uint32_t visible_capacity, ViewOrder order)
+    : order_(order), keys_(device, shaders::view_sort_keys_comp), sort_(device, "view_sort", visible_capacity) {}
 
 const Buffer& ViewSort::add(FrameBuilder& frame, const Buffer& particles, const Buffer& visible,
                             const Buffer& counters) {
@@ -22,6 +22,7 @@ const Buffer& ViewSort::add(FrameBuilder& frame, const Buffer& particles, const 
                               {2, counters, Access::storage_read},
                               {3, sort_.keys(), Access::storage_write},
                               {4, sort_.values(), Access::storage_write}},
+                 .push = as_push(order_),
                  .indirect = {&counters, offsetof(FrameCounters, visible_groups)}});
   return sort_.add(frame, "view_sort", counters, offsetof(FrameCounters, visible_count), kKeyBits).values;
 }

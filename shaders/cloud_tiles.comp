@@ -1,86 +1,176 @@
-// Shades and blends one screen tile's particles: a thread a pixel, its state in registers, no shared memory.
-// variants: volume=BLEND_VOLUME
+// Shades and blends one screen tile's particles, each pixel in one thread, no shared memory. A thread goes through its
+// pixels in one loop that shades one particle a turn: on a CPU eight threads run in step, and with a column of pixels each
+// they finish at about the same turn, where with one pixel each all would wait for the longest list. A GPU takes a
+// pixel a thread.
+// variants: volume=BLEND_VOLUME exact=BLEND_EXACT exact_long=BLEND_EXACT,EXACT_LONG_LISTS
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"
 #include "shared/types.h"
 
-layout(local_size_x = 64) in;
+layout(local_size_x_id = 0) in;
+layout(constant_id = 1) const uint kPixelsPerThread = 1u;  // times the group's size: 64
+layout(constant_id = 2) const uint kExactTurns = 1u;       // a pixel of the exact blend may shade, before it merges
+layout(push_constant) uniform Push { uint shortest, longest; };  // lists that this dispatch is for
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) readonly buffer DrawParticles { DrawParticle draw_particles[]; };
+layout(set = 0, binding = 1) uniform sampler2D draw_texels;
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 layout(set = 0, binding = 3) uniform sampler3D multiple_table;
 layout(set = 0, binding = 4) uniform sampler3D detail_noise;
 layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
-layout(scalar, set = 0, binding = 6) readonly buffer List { uint list[]; };
+layout(scalar, set = 0, binding = 6) readonly buffer List { uint list[]; };      // screen_bounds.h entries
 layout(scalar, set = 0, binding = 7) readonly buffer Begins { float begins_m[]; };
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
 
 #include "cloud_shade.glsl"
+#include "draw_texels.glsl"
 
-struct LayerPixel {
-  vec3 radiance;  // premultiplied
-  float transmittance;
-  float first_m;
-};
-
-bool meets(uint particle, vec3 direction) {
-  const vec3 center_m = draw_particles[particle].center_m;
-  const mat3 reference_from_render = draw_particles[particle].reference_from_render;
-  float mid, half_chord;
-  return intersect_unit_sphere(reference_from_render * (dot(center_m, direction) * direction - center_m), reference_from_render * direction, mid, half_chord);
-}
-
-// The first place from `at` on whose particle the ray meets.
-uint next_met(uint at, uint end, vec3 direction) {
-  while (at < end && !meets(list[at], direction)) ++at;
+// The first place from `at` on whose particle may cover the pixel: one load a place. On a CPU the eight lanes of a
+// batch so find their particles one by one and shade them together.
+uint next_place(uint at, uint end, uvec2 in_tile) {
+  while (at < end && !entry_covers(list[at], in_tile)) ++at;
   return at;
 }
 
+// A pixel's walk through its tile's list. walk_next steps to the next place to shade, false when the pixel is done;
+// walk_take takes what was shaded there.
 #ifdef BLEND_VOLUME
-// blend.h folds from back to front. So first the ray is followed forward, densities only, until it is opaque and
-// nothing later in the list can begin in front of that point; then what was passed is shaded on the way back.
-LayerPixel blend_list(uvec2 range, vec3 direction, float limit_m, inout uint shaded) {
+
+// blend.h folds from back to front, so segments are kept on the way forward and folded on the way back. The way ends
+// where the pixel is opaque and a gap follows: all that is left begins behind all that was met, so it would be committed
+// as it is, behind the opaque part. (Without the gap it would change the mean density of what it overlaps, and so the
+// picture.) Past kKept segments the rest is only measured on the way forward and shaded once more on the way back, and
+// past kMeasured places not even measured.
+const uint kKept = 32u;
+const uint kMeasured = 2048u;
+BlendSegment kept[kKept];
+
+struct Walk {
+  uvec2 range;
+  uint place, kept_count;
+  uint again_first, again_end;  // places to be shaded again
+  bool started, backward;
+  float depth, reach_m;
+  BlendState state;
+};
+
+Walk walk_begin(uvec2 range) { return Walk(range, range.x, 0u, 0u, 0u, false, false, 0.0, 0.0, blend_empty()); }
+
+bool walk_next(inout Walk walk, uvec2 in_tile) {
   const float opaque_depth = -log(kOpaqueTransmittance);
-  float depth = 0.0, opaque_m = 0.0;
-  uint end = range.x;
-  BlendSegment segment;
-  for (uint i = next_met(range.x, range.y, direction); i < range.y; i = next_met(i + 1u, range.y, direction)) {
-    if (depth >= opaque_depth && begins_m[i] >= opaque_m) break;
-    end = i + 1u;
-    if (shade_particle(draw_particles[list[i]], direction, limit_m, segment)) {
-      if (depth < opaque_depth) opaque_m = max(opaque_m, segment.far_m);
-      depth += segment.extinction_per_m * (segment.far_m - segment.near_m);
+  if (!walk.backward) {
+    walk.place = next_place(walk.started ? walk.place + 1u : walk.place, walk.range.y, in_tile);
+    walk.started = true;
+    if (walk.place - walk.range.x > kMeasured && walk.again_end > 0u) {
+      walk.again_end = walk.range.y;
+    } else if (walk.place < walk.range.y && !(walk.depth >= opaque_depth && begins_m[walk.place] >= walk.reach_m)) {
+      return true;
     }
+    walk.backward = true;
+    walk.place = walk.again_end;
   }
-  BlendState state = blend_empty();
-  for (uint i = end; i > range.x;) {
-    do --i; while (i > range.x && !meets(list[i], direction));
-    if (shade_particle(draw_particles[list[i]], direction, limit_m, segment)) {
-      blend_add(state, segment);
-      ++shaded;
-    }
+  while (walk.place > walk.again_first) {
+    --walk.place;
+    if (entry_covers(list[walk.place], in_tile)) return true;
   }
-  blend_finish(state);
-  return LayerPixel(state.committed, state.transmittance, state.first_m);
+  while (walk.kept_count > 0u) blend_add(walk.state, kept[--walk.kept_count]);
+  blend_finish(walk.state);
+  return false;
 }
+
+void walk_take(inout Walk walk, BlendSegment segment) {
+  if (walk.backward) {
+    blend_add(walk.state, segment);
+    return;
+  }
+  walk.reach_m = max(walk.reach_m, segment.far_m);
+  walk.depth += segment.extinction_per_m * (segment.far_m - segment.near_m);
+  if (walk.kept_count < kKept) {
+    kept[walk.kept_count++] = segment;
+  } else {
+    if (walk.again_end == 0u) walk.again_first = walk.place;
+    walk.again_end = walk.place + 1u;
+  }
+}
+
+void walk_count(inout Walk walk) {}
+vec4 walk_color(Walk walk) { return vec4(walk.state.committed, walk.state.transmittance); }
+float walk_first_m(Walk walk) { return walk.state.first_m; }
+
+#else
+
+// exact_blend.h: the list runs by nearest points, so what is in front of the next one's is final.
+struct Walk {
+  uvec2 range;
+  uint place, turns;
+  bool started;
+  ExactState state;
+};
+
+Walk walk_begin(uvec2 range) { return Walk(range, range.x, 0u, false, exact_empty()); }
+
+bool walk_next(inout Walk walk, uvec2 in_tile) {
+  walk.place = next_place(walk.started ? walk.place + 1u : walk.place, walk.range.y, in_tile);
+  walk.started = true;
+  const float begin_m = walk.place < walk.range.y ? begins_m[walk.place] : kNoMatterM;
+  exact_advance(walk.state, begin_m);
+  if (walk.state.transmittance < kOpaqueTransmittance) return false;
+  if (begin_m < walk.state.horizon_m) return true;
+  if (!exact_next_stretch(walk.state)) return false;
+  walk.state.merges = walk.turns + 2u * (walk.range.y - walk.range.x) > kExactTurns;
+  walk.place = next_place(walk.range.x, walk.range.y, in_tile);
+  return true;
+}
+
+void walk_count(inout Walk walk) { ++walk.turns; }
+void walk_take(inout Walk walk, BlendSegment segment) { exact_add(walk.state, segment); }
+
+vec4 walk_color(Walk walk) { return vec4(walk.state.radiance, walk.state.transmittance); }
+float walk_first_m(Walk walk) { return walk.state.first_m; }
+
 #endif
 
 void main() {
-  const uint lane = gl_LocalInvocationID.x;
-  const uvec2 in_tile = uvec2((lane & 3u) | ((lane >> 1u) & 4u), ((lane >> 2u) & 1u) | ((lane >> 3u) & 6u));
-  const uvec2 pixel = gl_WorkGroupID.xy * kScreenTilePx + in_tile;
-  const bool inside = all(lessThan(pixel, frame.layer_size_px));
-  uvec2 range = ranges[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x];
-  if (!inside) range = uvec2(0u);
-  const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
-  uint shaded = 0u;
-  const LayerPixel result = blend_list(range, direction, ground_distance_m(direction), shaded);
-  if (!inside) return;
+  const uvec2 range = ranges[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x];
+  if (range.y - range.x < shortest || range.y - range.x > longest) return;
+  uint next_pixel = gl_LocalInvocationID.x, shaded = 0u;
+  uvec2 pixel = uvec2(0u), in_tile = uvec2(0u);
+  vec3 direction = vec3(0.0);
+  float limit_m = 0.0;
+  bool has_pixel = false;
+  Walk walk = walk_begin(uvec2(0u));
+  for (;;) {
+    bool has_place = false;
+    while (!has_place && (has_pixel || next_pixel < 64u)) {
+      if (has_pixel) {
+        has_place = walk_next(walk, in_tile);
+        if (!has_place) {
+          imageStore(layer_color, ivec2(pixel), walk_color(walk));
+          imageStore(layer_depth, ivec2(pixel), vec4(walk_first_m(walk) < kNoMatterM ? walk_first_m(walk) : uintBitsToFloat(0x7f800000u)));
+          has_pixel = false;
+        }
+      }
+      if (!has_pixel && next_pixel < 64u) {
+        in_tile = uvec2(next_pixel % kScreenTilePx, next_pixel / kScreenTilePx);
+        pixel = gl_WorkGroupID.xy * kScreenTilePx + in_tile;
+        next_pixel += 64u / kPixelsPerThread;
+        has_pixel = all(lessThan(pixel, frame.layer_size_px));
+        direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
+        limit_m = ground_distance_m(direction);
+        walk = walk_begin(range);
+      }
+    }
+    if (!has_place) break;
+    BlendSegment segment;
+    walk_count(walk);
+    if (shade_particle(load_draw_particle(draw_texels, entry_particle(list[walk.place])), direction, limit_m, segment)) {
+      walk_take(walk, segment);
+      ++shaded;
+    }
+  }
   if (shaded > 0u) atomicAdd(counters.pairs_shaded, shaded);
-  imageStore(layer_color, ivec2(pixel), vec4(result.radiance, result.transmittance));
-  imageStore(layer_depth, ivec2(pixel), vec4(result.first_m < kNoMatterM ? result.first_m : uintBitsToFloat(0x7f800000u)));
 }

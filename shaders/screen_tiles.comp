@@ -1,4 +1,4 @@
-// Every drawn particle as the screen sees it: the tiles it may cover, how near it can come, and its place in the
+// Every drawn particle as the screen sees it: the pixels and tiles it may cover, how near it can come, and its place in the
 // lists, which run from front to back.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -13,13 +13,20 @@ layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters co
 layout(scalar, set = 0, binding = 3) writeonly buffer Rectangles { uvec2 rectangles[]; };
 layout(scalar, set = 0, binding = 4) writeonly buffer Nears { float near_m[]; };
 layout(scalar, set = 0, binding = 5) writeonly buffer Order { uint order[]; };
+layout(scalar, set = 0, binding = 6) writeonly buffer Pixels { uvec2 pixels[]; };
+layout(set = 0, binding = 7, rgba32f) writeonly uniform image2D draw_texels;
+#define DRAW_TEXELS_WRITE
+#include "draw_texels.glsl"
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= counters.visible_count) return;
+  store_draw_particle(i, draw_particles[i]);
   const vec3 center_m = draw_particles[i].center_m;
   const mat3 render_from_reference = inverse(draw_particles[i].reference_from_render);
-  rectangles[i] = screen_rectangle(frame.clip_from_render, render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px);
+  const uvec2 covered = screen_pixels(frame.clip_from_render, render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px);
+  pixels[i] = covered;
+  rectangles[i] = tiles_of_pixels(covered);
   const vec3 towards = center_m / max(length(center_m), 1e-6);
   near_m[i] = near_bound_m(center_m, length(transpose(render_from_reference) * towards));
   order[counters.visible_count - 1u - i] = i;

@@ -193,7 +193,7 @@ Command add_render_command(CLI::App& program) {
       ->check(CLI::IsMember({"auto", "interlock", "attachment", "tiled", "alpha"}))
       ->capture_default_str();
   app->add_option("--blend", options->blend, "volume: pairs of particles share their volume; exact: any number (tiled only)")
-      ->check(CLI::IsMember({"volume"}))
+      ->check(CLI::IsMember({"volume", "exact"}))
       ->capture_default_str();
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
       ->type_name("NAME_OR_INDEX");

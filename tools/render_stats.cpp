@@ -70,7 +70,7 @@ std::string render_stats_json(const DeviceInfo& device, const RenderSettings& se
       {"scale", settings.scale},
       {"quality", quality_name(settings.quality)},
       {"backend", last.backend},
-      {"blend", last.backend == backend_name(Backend::alpha) ? "alpha" : "volume"},
+      {"blend", last.backend == backend_name(Backend::alpha) ? "alpha" : blend_mode_name(settings.blend)},
       {"particles_generated", last.particles_generated},
       {"particles_visible", last.particles_visible},
       {"overflow", worst_overflow(frames)},

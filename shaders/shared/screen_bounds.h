@@ -41,9 +41,9 @@ NEPHELE_FN uvec2 covered_pixels(float low, float high, float image_px, float sca
   return uvec2(uint(clamp(first, 0.0f, layer_px)), uint(clamp(last + 1.0f, 0.0f, layer_px)));
 }
 
-// The tiles of the layer that hold pixels whose rays may meet the ellipsoid.
-NEPHELE_FN uvec2 screen_rectangle(mat4 clip_from_render, mat3 render_from_reference, vec3 center_m, uvec2 image_size_px,
-                                  uint scale, uvec2 layer_size_px) {
+// The rectangle of layer pixels whose rays may meet the ellipsoid (tile_rectangle.h, a pixel being a tile).
+NEPHELE_FN uvec2 screen_pixels(mat4 clip_from_render, mat3 render_from_reference, vec3 center_m, uvec2 image_size_px,
+                               uint scale, uvec2 layer_size_px) {
   mat4 rows = transpose(clip_from_render);
   vec3 x = vec3(rows[0].x, rows[0].y, rows[0].z);
   vec3 y = vec3(rows[1].x, rows[1].y, rows[1].z);
@@ -55,7 +55,28 @@ NEPHELE_FN uvec2 screen_rectangle(mat4 clip_from_render, mat3 render_from_refere
   uvec2 px = covered_pixels(low.x, high.x, float(image_size_px.x), float(scale), float(layer_size_px.x));
   uvec2 py = covered_pixels(low.y, high.y, float(image_size_px.y), float(scale), float(layer_size_px.y));
   if (px.x >= px.y || py.x >= py.y) return kNoTiles;
-  return tile_rectangle(uvec2(px.x, py.x) / kScreenTilePx, (uvec2(px.y, py.y) + (kScreenTilePx - 1u)) / kScreenTilePx);
+  return tile_rectangle(uvec2(px.x, py.x), uvec2(px.y, py.y));
+}
+
+NEPHELE_FN uvec2 tiles_of_pixels(uvec2 pixels) {
+  return tile_rectangle(rectangle_low(pixels) / kScreenTilePx, (rectangle_high(pixels) + (kScreenTilePx - 1u)) / kScreenTilePx);
+}
+
+// One place of a tile's list: the particle in 20 bits, then the first and the last column and row that it may cover
+// there, 3 bits each.
+NEPHELE_CONST(uint, kMaxScreenParticles, 1048576u);
+
+NEPHELE_FN uint tile_entry(uint particle, uvec2 pixels, uvec2 tile) {
+  uvec2 low = max(rectangle_low(pixels), tile * kScreenTilePx) - tile * kScreenTilePx;
+  uvec2 last = min(rectangle_high(pixels), (tile + 1u) * kScreenTilePx) - 1u - tile * kScreenTilePx;
+  return particle | (low.x << 20u) | (low.y << 23u) | (last.x << 26u) | (last.y << 29u);
+}
+
+NEPHELE_FN uint entry_particle(uint entry) { return entry & (kMaxScreenParticles - 1u); }
+
+NEPHELE_FN bool entry_covers(uint entry, uvec2 pixel_in_tile) {
+  return pixel_in_tile.x >= ((entry >> 20u) & 7u) && pixel_in_tile.y >= ((entry >> 23u) & 7u) &&
+         pixel_in_tile.x <= ((entry >> 26u) & 7u) && pixel_in_tile.y <= (entry >> 29u);
 }
 
 // No point of an ellipsoid is nearer than this; extent_m is half its extent along the direction to its centre.

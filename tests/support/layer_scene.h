@@ -1,0 +1,165 @@
+// The cloud layer without a renderer: homogeneous ellipsoids with given radiance, drawn by any backend and compared
+// with the integral of their chords.
+#pragma once
+
+#include <numeric>
+#include <random>
+
+#include "engine/camera.h"
+#include "passes/cloud_layer.h"
+#include "shared/ellipsoid.h"
+#include "shared/screen_bounds.h"
+#include "tests/support/blend_oracle.h"
+#include "tests/support/test_device.h"
+
+namespace nephele::test {
+
+// One-texel tables: homogeneous emissive particles never look into them.
+inline Tables blank_tables() {
+  Tables tables;
+  tables.optical_depth.name = "optical_depth";
+  tables.optical_depth.array = {ElementType::uint8, {1, 1, 1, 2}, std::vector<std::byte>(2)};
+  tables.multiple_scattering.name = "multiple_scattering";
+  tables.multiple_scattering.array = {ElementType::float16, {1, 1, 1, 4}, std::vector<std::byte>(8)};
+  tables.mean_fill = 0.3f;
+  return tables;
+}
+
+inline shared::Particle emissive(glm::vec3 center_m, glm::vec3 radius_m, float extinction_per_m, glm::vec3 radiance) {
+  shared::Particle p{};
+  p.center_m = center_m;
+  p.radius_m = radius_m;
+  p.extinction_per_m = extinction_per_m;
+  p.radiance_per_sr = radiance;
+  p.yaw_rad = 0.3f;
+  p.orientation = shared::pack_orientation({0, 0, 0, 1});
+  p.flags = shared::kParticleHomogeneous | shared::kParticleEmissive;
+  p.base_m = -1e30f;
+  return p;
+}
+
+struct LayerSize {
+  std::uint32_t width = 96, height = 64;
+};
+
+struct Layer {
+  std::vector<glm::vec4> color;
+  std::vector<float> depth;
+  std::uint64_t pairs_shaded = 0, pairs_lost = 0;
+  double shade_ms = 0;  // shading and blending, lists and resolve included
+};
+
+inline shared::FrameConstants layer_constants(const CameraState& camera, LayerSize size) {
+  shared::FrameConstants constants{};
+  const CameraMatrices matrices = camera_matrices(camera, double(size.width) / size.height);
+  constants.clip_from_render = matrices.clip_from_render;
+  constants.render_from_clip = matrices.render_from_clip;
+  constants.camera_grid_m = {0, 0, 1000};
+  constants.sun_direction = {0, 0, 1};
+  constants.image_size_px = constants.layer_size_px = {size.width, size.height};
+  constants.scale = 1;
+  return constants;
+}
+
+// Farthest first, as ViewSort does it.
+inline std::vector<std::uint32_t> draw_order(const std::vector<shared::Particle>& particles, BlendMode blend) {
+  std::vector<float> distance_m;
+  for (const shared::Particle& p : particles) {
+    const float center_m = glm::length(p.center_m);
+    const glm::vec3 towards = p.center_m / std::max(center_m, 1e-6f);
+    distance_m.push_back(blend == BlendMode::exact
+                             ? shared::near_bound_m(p.center_m, glm::length(shared::local_from_render(towards, p.yaw_rad) * p.radius_m))
+                             : center_m);
+  }
+  std::vector<std::uint32_t> order(particles.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return distance_m[a] > distance_m[b]; });
+  return order;
+}
+
+inline Layer draw_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, Backend backend,
+                        BlendMode blend = BlendMode::volume, LayerSize size = {}, int runs = 1) {
+  Device& device = test_device();
+  const GpuTables tables(device, blank_tables());
+  const std::uint32_t count = static_cast<std::uint32_t>(particles.size());
+  const std::uint32_t room = std::max(1u, count);
+  Buffer constants(device, "constants", sizeof(shared::FrameConstants)),
+      particle_buffer(device, "particles", VkDeviceSize{room} * sizeof(shared::Particle)), visible(device, "visible", VkDeviceSize{room} * 4),
+      order(device, "order", VkDeviceSize{room} * 4), lights(device, "lights", VkDeviceSize{room} * sizeof(shared::ParticleLight)),
+      counters(device, "counters", sizeof(shared::FrameCounters));
+  Image sky(device, "sky", {VK_FORMAT_R32G32B32A32_SFLOAT, 1, 1});
+  constants.write_vector(std::vector{layer_constants(camera, size)});
+  if (count > 0) {
+    std::vector<std::uint32_t> slots(count);
+    std::iota(slots.begin(), slots.end(), 0u);
+    particle_buffer.write_vector(particles);
+    visible.write_vector(slots);
+    order.write_vector(draw_order(particles, blend));
+  }
+  shared::FrameCounters counts{};
+  counts.visible_count = count;
+  counts.visible_groups = {(count + 63) / 64, 1, 1};
+  counts.draw = {6 * count, 1, 0, 0};
+
+  CloudLayer layer(device, {size.width, size.height, 1}, backend, blend, room);
+  FrameExecutor executor(device);
+  Layer result{std::vector<glm::vec4>(size.width * size.height), std::vector<float>(size.width * size.height)};
+  result.shade_ms = 1e30;
+  for (int run = 0; run < runs; ++run) {
+    counters.write_vector(std::vector{counts});
+    FrameBuilder frame(device);
+    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, tables});
+    executor.run(frame);
+    double ms = 0;
+    for (const PassTime& pass : executor.pass_times())
+      if (pass.name == "shade_blend" || pass.name == "screen_tiles" || pass.name == "resolve") ms += pass.gpu_ms;
+    result.shade_ms = std::min(result.shade_ms, ms);
+  }
+  layer.color().read(std::as_writable_bytes(std::span(result.color)));
+  layer.depth().read(std::as_writable_bytes(std::span(result.depth)));
+  const shared::FrameCounters after = counters.read_vector<shared::FrameCounters>(1)[0];
+  result.pairs_shaded = after.pairs_shaded;
+  result.pairs_lost = after.screen_pair_demand - after.screen_pair_count;
+  return result;
+}
+
+inline glm::dvec3 pixel_ray(const CameraState& camera, LayerSize size, std::uint32_t x, std::uint32_t y) {
+  const CameraMatrices matrices = camera_matrices(camera, double(size.width) / size.height);
+  const glm::dvec4 ndc((x + 0.5) / size.width * 2 - 1, (y + 0.5) / size.height * 2 - 1, 1, 1);
+  return glm::normalize(glm::dvec3(glm::dmat4(matrices.render_from_clip) * ndc));
+}
+
+inline Layer oracle_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, LayerSize size = {}) {
+  Layer truth;
+  for (std::uint32_t y = 0; y < size.height; ++y)
+    for (std::uint32_t x = 0; x < size.width; ++x) {
+      const OracleRay ray = integrate(chords(particles, pixel_ray(camera, size, x, y)));
+      truth.color.push_back(glm::vec4(ray.color));
+      truth.depth.push_back(static_cast<float>(ray.first_m));
+    }
+  return truth;
+}
+
+struct LayerError {
+  double failing = 0;  // fraction of pixels off by more than the tolerance in any channel
+  double worst = 0;
+  double rmse = 0;     // over all channels
+};
+
+inline LayerError layer_error(const Layer& a, const Layer& b, double tolerance) {
+  LayerError error;
+  for (std::size_t i = 0; i < a.color.size(); ++i) {
+    const glm::dvec4 off = glm::abs(glm::dvec4(a.color[i]) - glm::dvec4(b.color[i]));
+    const double most = std::max({off.x, off.y, off.z, off.w});
+    error.failing += !(most <= tolerance);
+    error.worst = std::isnan(most) ? most : std::max(error.worst, most);
+    error.rmse += glm::dot(off, off) / 4;
+  }
+  error.failing /= double(a.color.size());
+  error.rmse = std::sqrt(error.rmse / double(a.color.size()));
+  return error;
+}
+
+inline const CameraState kLevelCamera{.position_m = {0, 0, 1000}, .yaw_rad = 0, .pitch_rad = 0};
+
+}  // namespace nephele::test
