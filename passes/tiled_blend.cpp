@@ -16,14 +16,11 @@ constexpr std::uint32_t kPairsPerTile = 256;
 constexpr std::uint32_t kPairsPerParticle = 8;
 constexpr VkDeviceSize kMinPairs = 1u << 20;
 
-// As in draw_texels.glsl; a row is shorter than the 16 384 texels that lavapipe and every GPU offer.
-constexpr std::uint32_t kParticlesPerRow = 1024, kTexelsPerRow = 10 * kParticlesPerRow;
-
 std::uint32_t tiles_across(std::uint32_t pixels) { return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx; }
 
 // Turns (shaded particles) of one pixel of the exact blend before it merges. Lavapipe ends every loop of eight threads
 // once all of theirs have gone round 65 535 times, and a turn takes a handful of rounds.
-constexpr std::uint32_t kTurnsOnCpu = 8192, kTurnsOnGpu = 1u << 18;
+constexpr std::uint32_t kTurnsOnCpu = 4096, kTurnsOnGpu = 1u << 18;
 // Lists up to this length take fewer slots in the exact blend, and on a CPU a column of pixels a thread.
 constexpr std::uint32_t kShortList = 128;
 
@@ -60,7 +57,8 @@ TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width
       order_(device, "screen_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
       pixels_(device, "screen_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
       entries_(device, "screen_entries", VkDeviceSize{pairs_.pair_capacity()} * sizeof(std::uint32_t)),
-      draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, kTexelsPerRow, (visible_capacity + kParticlesPerRow - 1) / kParticlesPerRow}),
+      draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, shared::kDrawTexelsPerParticle * shared::kDrawParticlesPerRow,
+                                           (visible_capacity + shared::kDrawParticlesPerRow - 1) / shared::kDrawParticlesPerRow}),
       begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)) {
   NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
 }

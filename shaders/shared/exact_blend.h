@@ -112,7 +112,7 @@ NEPHELE_FN void exact_add(NEPHELE_INOUT(ExactState) state, BlendSegment s) {
     for (int k = 0; k < kExactSlots; ++k)
       if (k == partner) s = exact_merge(state.waiting[k], s, state.cursor_m);
   } else if (slot < 0) {
-    state.horizon_m = farthest_m;
+    state.horizon_m = min(state.horizon_m, farthest_m);
     for (int k = 0; k < kExactSlots; ++k)
       if (!exact_waits(state, state.waiting[k])) {
         state.waiting[k].extinction_per_m = 0.0f;

@@ -63,6 +63,18 @@ TEST_CASE("the exact blend is the integral: spread and heaped crowds, from outsi
       }
 }
 
+TEST_CASE("the exact blend: hundreds of thin particles on a pixel") {
+  std::mt19937 random(13);
+  std::uniform_real_distribution<float> u(0, 1);
+  std::vector<Particle> particles;
+  for (int i = 0; i < 400; ++i)
+    particles.push_back(emissive(200.0f * (glm::vec3(u(random), u(random), u(random)) - 0.5f) + glm::vec3(0, 440, 0), glm::vec3(30 + 40 * u(random)),
+                                 2e-4f, {u(random), u(random), u(random)}));
+  const LayerError error = exact_error(particles);
+  CHECK(error.failing <= 0.001);
+  CHECK(error.worst < 1e-2);
+}
+
 TEST_CASE("the exact blend: coincident and concentric particles, thin to opaque") {
   for (const bool coincident : {true, false})
     for (const float extinction : {1e-7f, 1e-3f, 1e4f}) {
