@@ -5,11 +5,8 @@
 
 #include "shared/types.h"
 
-const uint kTexelsPerParticle = 10u;
-const uint kParticlesPerRow = 1024u;  // 10 240 texels
-
 ivec2 first_texel(uint particle) {
-  return ivec2(kTexelsPerParticle * (particle % kParticlesPerRow), particle / kParticlesPerRow);
+  return ivec2(kDrawTexelsPerParticle * (particle % kDrawParticlesPerRow), particle / kDrawParticlesPerRow);
 }
 
 #ifdef DRAW_TEXELS_WRITE
@@ -22,7 +19,7 @@ void store_draw_particle(uint particle, DrawParticle p) {
   imageStore(draw_texels, at + ivec2(3, 0), vec4(p.center_m, p.optical_radius));
   imageStore(draw_texels, at + ivec2(4, 0), vec4(p.light_direction, p.tau_sun));
   imageStore(draw_texels, at + ivec2(5, 0), vec4(p.sun_irradiance, p.top_m));
-  imageStore(draw_texels, at + ivec2(6, 0), vec4(p.tau_gradient_per_m, p.optical_radius_vertical));
+  imageStore(draw_texels, at + ivec2(6, 0), vec4(p.tau_gradient_per_m, 0.0));
   imageStore(draw_texels, at + ivec2(7, 0), vec4(p.sky_up_radiance, 0.0));
   imageStore(draw_texels, at + ivec2(8, 0), vec4(p.sky_down_radiance, 0.0));
   imageStore(draw_texels, at + ivec2(9, 0), vec4(p.radiance_per_sr, 0.0));
@@ -30,8 +27,8 @@ void store_draw_particle(uint particle, DrawParticle p) {
 #else
 DrawParticle load_draw_particle(sampler2D texels, uint particle) {
   const ivec2 at = first_texel(particle);
-  vec4 t[kTexelsPerParticle];
-  for (int i = 0; i < int(kTexelsPerParticle); ++i) t[i] = texelFetch(texels, at + ivec2(i, 0), 0);
+  vec4 t[kDrawTexelsPerParticle];
+  for (int i = 0; i < int(kDrawTexelsPerParticle); ++i) t[i] = texelFetch(texels, at + ivec2(i, 0), 0);
   DrawParticle p;
   p.reference_from_render = mat3(t[0].xyz, t[1].xyz, t[2].xyz);
   p.extinction_per_m = t[0].w;
@@ -44,7 +41,6 @@ DrawParticle load_draw_particle(sampler2D texels, uint particle) {
   p.sun_irradiance = t[5].xyz;
   p.top_m = t[5].w;
   p.tau_gradient_per_m = t[6].xyz;
-  p.optical_radius_vertical = t[6].w;
   p.sky_up_radiance = t[7].xyz;
   p.sky_down_radiance = t[8].xyz;
   p.radiance_per_sr = t[9].xyz;

@@ -47,7 +47,6 @@ void main() {
   d.top_m = p.top_m;
   d.flags = p.flags;
   d.radiance_per_sr = p.radiance_per_sr;
-  d.optical_radius_vertical = p.extinction_per_m * p.radius_m.z;
   vec3 from_above, from_below;
   sky_irradiance_at(sky_irradiance, frame, altitude_m(p.center_m, frame.camera_grid_m.z),
                     sun_cos_zenith_at(p.center_m, frame), from_above, from_below);

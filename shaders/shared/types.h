@@ -92,8 +92,12 @@ struct DrawParticle {
   vec3 sky_down_radiance;        // mean radiance of air and ground below
   uint flags;
   vec3 radiance_per_sr;
-  float optical_radius_vertical; // peak extinction times the vertical semi-axis: scales ambient occlusion
 };
+
+// The tiled backend reads draw particles from an image (draw_texels.glsl): 400 a row is within the 4 096 texels that
+// every device has.
+NEPHELE_CONST(uint, kDrawTexelsPerParticle, 10u);
+NEPHELE_CONST(uint, kDrawParticlesPerRow, 400u);
 
 // Counters and indirect arguments that the passes of a frame fill. demand may exceed the capacity; count never does.
 struct FrameCounters {
@@ -119,7 +123,7 @@ NEPHELE_SHARED_END
 #ifdef __cplusplus
 static_assert(sizeof(nephele::shared::Particle) == 64);
 static_assert(sizeof(nephele::shared::ParticleLight) == 32);
-static_assert(sizeof(nephele::shared::DrawParticle) == 148);
+static_assert(sizeof(nephele::shared::DrawParticle) == 144);
 #endif
 
 #endif

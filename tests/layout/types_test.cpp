@@ -68,7 +68,7 @@ TEST_CASE("DrawParticle") {
                 MEMBER(DrawParticle, light_direction), MEMBER(DrawParticle, optical_radius), MEMBER(DrawParticle, sun_irradiance),
                 MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, base_m),
                 MEMBER(DrawParticle, sky_up_radiance), MEMBER(DrawParticle, top_m), MEMBER(DrawParticle, sky_down_radiance),
-                MEMBER(DrawParticle, flags), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, optical_radius_vertical)});
+                MEMBER(DrawParticle, flags), MEMBER(DrawParticle, radiance_per_sr)});
 }
 
 TEST_CASE("FrameCounters") {
