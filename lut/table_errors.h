@@ -7,9 +7,13 @@
 
 namespace nephele {
 
-// RMS error of the transmittance exp(-tau) of the reference particle at peak optical radius 8, over random chords
-// (impact uniform in area), against plain marching of the density.
-double transmittance_error(const FloatTexture& optical_depth, std::uint32_t particle_seed);
+// Errors of the transmittance exp(-tau) of the reference particle at peak optical radius 8, over random chords (impact
+// uniform in area), against adaptive quadrature of the density.
+struct TransmittanceError {
+  double rms = 0, bias = 0, p99 = 0;  // p99: of the magnitude
+  double mean_density_rms = 0;        // of what is stored, before the exponential
+};
+TransmittanceError transmittance_error(const FloatTexture& optical_depth, std::uint32_t particle_seed, int chords);
 
 // Direct plus single plus multiple scattering, over the incident power, minus 1: what a sphere of this optical radius
 // gains or loses. Single scattering by the formula that shading uses.

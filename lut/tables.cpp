@@ -27,6 +27,7 @@ using json = nlohmann::json;
 constexpr int kFormatVersion = 1;
 constexpr const char* kOpticalDepth = "optical_depth";
 constexpr const char* kMultipleScattering = "multiple_scattering";
+constexpr int kErrorChords = 2048;  // for the error that every bake writes down
 
 json optical_depth_parameters(const TableParameters& p) {
   return {{"size", p.optical_depth_size}, {"particle_seed", p.particle_seed}};
@@ -131,6 +132,7 @@ Table load_or_bake_one(const std::filesystem::path& dir, const char* name, const
     warn(cached.error().message + "; the table is baked again");
   }
   Table table = bake();
+  table.json_path = json_path;
   if (Result<void> saved = save_table(dir, stem, table); !saved)
     warn(saved.error().message + "; the table is not cached");
   return table;
@@ -195,7 +197,7 @@ Table bake_optical_depth(const TableParameters& parameters, const ProgressCallba
       {{"name", "channel"}, {"meaning", "mean extinction / peak; fraction of the chord before first matter"}}};
   metadata["mean_fill"] = particle.mean_fill();
   metadata["error"] = {{"transmittance_rms_at_peak_optical_radius_8",
-                        transmittance_error(FloatTexture(table), parameters.particle_seed)}};
+                        transmittance_error(FloatTexture(table), parameters.particle_seed, kErrorChords).rms}};
   table.metadata = metadata.dump(2) + "\n";
   return table;
 }
@@ -239,6 +241,10 @@ Result<void> save_table(const std::filesystem::path& dir, const std::string& ste
   return write_file(dir / (stem + ".json"), bytes_of(table.metadata));
 }
 
+Result<void> save_metadata(const Table& table) {
+  return write_file(table.json_path, bytes_of(table.metadata));
+}
+
 Result<Table> load_table(const std::filesystem::path& json_path) {
   Result<std::vector<std::byte>> text = read_file(json_path, std::size_t{1} << 20);
   if (!text) return text.error();
@@ -267,6 +273,7 @@ Result<Table> load_table(const std::filesystem::path& json_path) {
   if (metadata["bytes"] != array->data.size()) return bad("bytes: differs from the array's");
   if (metadata["data_fnv1a"] != hex64(fnv1a(array->data))) return bad("data_fnv1a: the array's data is damaged");
   table.name = metadata["table"];
+  table.json_path = json_path;
   table.array = std::move(*array);
   return table;
 }
@@ -325,8 +332,10 @@ Result<Tables> bake_to(const std::filesystem::path& dir, const TableParameters& 
   tables.optical_depth = bake_optical_depth(parameters, progress);
   tables.multiple_scattering = bake_multiple_scattering(parameters, progress);
   tables.mean_fill = *mean_fill_of(tables.optical_depth);
-  for (const Table* table : {&tables.optical_depth, &tables.multiple_scattering})
+  for (Table* table : {&tables.optical_depth, &tables.multiple_scattering}) {
+    table->json_path = dir / (table->name + ".json");
     if (Result<void> saved = save_table(dir, table->name, *table); !saved) return saved.error();
+  }
   return tables;
 }
 

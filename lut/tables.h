@@ -33,9 +33,10 @@ struct TableParameters {
 };
 
 struct Table {
-  std::string name;      // file name without extension
-  NpyArray array;        // slowest axis first, channels last
-  std::string metadata;  // the text of its JSON file
+  std::string name;                 // file name without extension
+  NpyArray array;                   // slowest axis first, channels last
+  std::string metadata;             // the text of its JSON file
+  std::filesystem::path json_path;  // that file; empty for a table that was only baked
 
   // Texels of the 3D texture: width is the fastest axis.
   std::uint32_t width() const { return static_cast<std::uint32_t>(array.shape[2]); }
@@ -72,6 +73,8 @@ Result<Tables> load_tables(const std::filesystem::path& dir);
 // One table with its metadata; everything that can be checked is (shape, type, size, hash, parameters).
 Result<Table> load_table(const std::filesystem::path& json_path);
 Result<void> save_table(const std::filesystem::path& dir, const std::string& file_stem, const Table& table);
+// The JSON alone, where the table came from or went to.
+Result<void> save_metadata(const Table& table);
 
 Table bake_optical_depth(const TableParameters& parameters, const ProgressCallback& progress = {});
 Table bake_multiple_scattering(const TableParameters& parameters, const ProgressCallback& progress = {});

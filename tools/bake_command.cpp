@@ -6,6 +6,7 @@
 
 #include "engine/atomic_file.h"
 #include "lut/tables.h"
+#include "lut/verification.h"
 #include "shared/phase.h"
 #include "tools/command.h"
 #include "tools/options.h"
@@ -18,7 +19,7 @@ namespace {
 struct BakeOptions {
   std::string out, stats, preset = "default", phase, optical_depth_size, scattering_size;
   std::optional<double> g_single, g_multiple, residual;
-  bool quiet = false;
+  bool verify = false, quiet = false;
 };
 
 Result<TableParameters> table_parameters(const BakeOptions& options) {
@@ -73,12 +74,17 @@ Result<void> run_bake(const BakeOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   Progress progress(options.quiet);
   const auto show = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); };
-  const Result<Tables> tables = options.out.empty() ? load_or_bake(*parameters, default_cache_dir(), show)
-                                                    : bake_to(options.out, *parameters, show);
+  Result<Tables> tables = options.out.empty() ? load_or_bake(*parameters, default_cache_dir(), show)
+                                              : bake_to(options.out, *parameters, show);
   if (!tables) return tables.error();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  if (options.verify) {
+    verify_tables(*tables, show);
+    for (const Table* table : {&tables->optical_depth, &tables->multiple_scattering})
+      if (auto saved = save_metadata(*table); !saved) return saved;
+  }
   if (options.stats.empty()) return {};
 
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const nlohmann::ordered_json stats{
       {"seconds", seconds.count()},
       {"tables", {describe(tables->optical_depth), describe(tables->multiple_scattering)}},
@@ -104,6 +110,7 @@ Command add_bake_command(CLI::App& program) {
       ->type_name("N");
   app->add_option("--size-scattering", options->scattering_size, "Texels along each axis")
       ->type_name("COSINESxCHORDSxDENSITIES");
+  app->add_flag("--verify", options->verify, "Measure the tables against independent truth; errors go to their JSON files");
   app->add_option("--stats", options->stats, "Seconds, sizes and every parameter: .json")->type_name("FILE");
   app->add_flag("--quiet", options->quiet, "No progress bar");
   return {app, [options] { return run_bake(*options); }};

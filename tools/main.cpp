@@ -29,6 +29,7 @@ int run(int argc, char** argv) {
   const std::vector<nephele::tools::Command> commands{
       nephele::tools::add_render_command(program),
       nephele::tools::add_bake_command(program),
+      nephele::tools::add_probe_command(program),
       nephele::tools::add_devices_command(program),
   };
   try {

@@ -10,8 +10,8 @@
 #include "lut/bake.h"
 #include "lut/cpu_fetch.h"
 #include "lut/gpu_tables.h"
+#include "lut/oracles.h"
 #include "lut/parallel.h"
-#include "lut/quadrature.h"
 #include "lut/sphere_solver.h"
 #include "shared/reference_particle.h"
 #include "shared/table_axes.h"
@@ -35,12 +35,8 @@ struct Answer {
   std::uint32_t hash;
 };
 
-struct Cosines {
-  double c, h, mu;
-};
-
 // As the shader forms them, in doubles.
-Cosines cosines(const Query& q) {
+SphereRay cosines(const Query& q) {
   const glm::dvec3 entry(q.entry), exit(q.exit), light(q.light);
   const double span = length(exit - entry);
   const glm::dvec3 omega = span > 1e-6 ? (entry - exit) / span : entry;
@@ -123,7 +119,7 @@ TEST_CASE("the device fetches what the CPU fetches, everywhere") {
   for (std::size_t i = 0; i < queries.size(); ++i) {
     const Query& q = queries[i];
     const Answer& a = answers[i];
-    const Cosines t = cosines(q);
+    const SphereRay t = cosines(q);
     const float c = float(t.c), h = float(t.h), mu = float(t.mu);
     if (!(std::isfinite(a.single) && std::isfinite(a.multiple) && a.single >= 0 && a.multiple >= 0)) ++bad;
     const vec2 depth = fetch_optical_depth(optical_depth, q.entry, q.exit);
@@ -158,20 +154,13 @@ TEST_CASE("single plus multiple scattering on the device is within 2 % of a fine
     const std::vector<Answer> answers = ask(queries);
     // More directions and, when thin, more places than the bake uses; single scattering by quadrature.
     const SphereSolution fine = solve_sphere({0, g_table, sigma}, {22, 26, 24, 16, 10}, 1e-5);
-    const QuadratureRule rule = gauss_legendre(200);
     std::vector<double> errors(queries.size()), values(queries.size());
     parallel_for(static_cast<int>(queries.size()), [&](int i) {
-      const Cosines t = cosines(queries[i]);
-      double single = 0;
-      for (int k = 0; k < 200; ++k) {
-        const double u = 2 * t.h * rule.nodes[k], b = t.c - u * t.mu;
-        single += 2 * t.h * sigma * rule.weights[k] *
-                  std::exp(-sigma * (u + std::max(0.0, b + std::sqrt(b * b + u * (2 * t.h - u)))));
-      }
-      const double phase = (1 - double(g_table) * g_table) /
-                           (4 * std::acos(-1.0) * std::pow(1 + double(g_table) * g_table - 2 * g_table * t.mu, 1.5));
+      const SphereRay t = cosines(queries[i]);
+      const double single = exact_phase_per_sr(shared::kPhaseHenyeyGreenstein, t.mu, g_table) *
+                            exact_single_scattering(t, sigma);
       const double x = shared::azimuth_cosine(float(t.c), float(t.h), float(t.mu));
-      values[i] = phase * single + fine.chord_source(t.c, t.h, x) * -std::expm1(-2 * sigma * t.h);
+      values[i] = single + fine.chord_source(t.c, t.h, x) * -std::expm1(-2 * sigma * t.h);
       errors[i] = answers[i].phase * answers[i].single + answers[i].multiple - values[i];
     });
     double error2 = 0, value2 = 0, error = 0, value = 0;
@@ -188,29 +177,13 @@ TEST_CASE("single plus multiple scattering on the device is within 2 % of a fine
 
 TEST_CASE("the default table's energy is the incident power") {
   const FloatTexture multiple(test::test_tables().multiple_scattering);
-  const QuadratureRule half = gauss_legendre(24), chords = gauss_legendre(20);
   for (const double sigma : {0.05, 0.5, 2.0, 8.0, 16.0, 100.0}) {
     CAPTURE(sigma);
-    std::vector<double> rows(48);
-    const int azimuths = 192;
-    parallel_for(48, [&](int i) {
-      const double y = half.nodes[i % 24], c = (i < 24 ? -1 : 1) * y * y;
-      for (int j = 0; j < 20; ++j) {
-        const double h = chords.nodes[j];
-        for (int k = 0; k < azimuths; ++k) {
-          const double mu =
-              c * h + std::sqrt((1 - c * c) * (1 - h * h)) * std::cos(std::acos(-1.0) * (k + 0.5) / azimuths);
-          const float fc = float(c), fh = float(h), fm = float(mu), fs = float(sigma);
-          rows[i] += half.weights[i % 24] * 2 * y * chords.weights[j] * h *
-                     (shared::phase_henyey_greenstein(fm, g_table) * shared::single_scattering(fc, fh, fm, fs) +
-                      fetch_multiple(multiple, fc, fh, fm, fs, g_table));
-        }
-      }
+    const double scattered = exit_power(192, [&](const SphereRay& ray) {
+      const float c = float(ray.c), h = float(ray.h), mu = float(ray.mu), radius = float(sigma);
+      return double{shared::phase_henyey_greenstein(mu, g_table) * shared::single_scattering(c, h, mu, radius) +
+                    fetch_multiple(multiple, c, h, mu, radius, g_table)};
     });
-    double scattered = 0;
-    for (double row : rows) scattered += row;
-    scattered *= 4 * std::acos(-1.0) / azimuths;
-    const double direct = (1 - std::exp(-2 * sigma) * (1 + 2 * sigma)) / (2 * sigma * sigma);
-    CHECK(direct + scattered == doctest::Approx(1.0).epsilon(sigma > 16 ? 0.015 : 0.005));
+    CHECK(direct_power(sigma) + scattered == doctest::Approx(1.0).epsilon(sigma > 16 ? 0.015 : 0.005));
   }
 }

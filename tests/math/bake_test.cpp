@@ -9,7 +9,7 @@
 #include "lut/bake.h"
 #include "lut/cpu_fetch.h"
 #include "lut/gmres.h"
-#include "lut/parallel.h"
+#include "lut/oracles.h"
 #include "lut/quadrature.h"
 #include "lut/sphere_diffusion.h"
 #include "lut/sphere_solver.h"
@@ -17,99 +17,17 @@
 #include "shared/table_axes.h"
 
 using namespace nephele;
-using glm::dvec3;
 
 namespace {
-
-const double kCircle = std::acos(-1.0);
-
-double phase(double mu, double g) {
-  return (1 - g * g) / (4 * kCircle * std::pow(1 + g * g - 2 * g * mu, 1.5));
-}
-
-double direct_power(double sigma) {
-  return (1 - std::exp(-2 * sigma) * (1 + 2 * sigma)) / (2 * sigma * sigma);
-}
-
-// Power leaving the sphere divided by the incident power, for a radiance over all exit rays f(c, h, x):
-// 2 times the integral of dc h dh dphi.
-template <class Radiance>
-double power(int azimuths, Radiance&& radiance) {
-  const QuadratureRule half = gauss_legendre(24), chords = gauss_legendre(20);
-  std::vector<double> rows(48);
-  parallel_for(48, [&](int i) {
-    const double y = half.nodes[i % 24], c = (i < 24 ? -1 : 1) * y * y;  // dense at the terminator
-    for (int j = 0; j < 20; ++j)
-      for (int k = 0; k < azimuths; ++k)
-        rows[i] += half.weights[i % 24] * 2 * y * chords.weights[j] * chords.nodes[j] *
-                   radiance(c, chords.nodes[j], std::cos(kCircle * (k + 0.5) / azimuths));
-  });
-  double sum = 0;
-  for (double row : rows) sum += row;
-  return sum * 2 * 2 * kCircle / azimuths;
-}
 
 double scattering_cosine(double c, double h, double x) {
   return c * h + std::sqrt((1 - c * c) * (1 - h * h)) * x;
 }
 
 double single_power(double sigma, double g) {
-  return power(256, [&](double c, double h, double x) {
-    const double mu = scattering_cosine(c, h, x);
-    return phase(mu, g) * shared::single_scattering(float(c), float(h), float(mu), float(sigma));
+  return exit_power(64, [&](const SphereRay& ray) {
+    return exact_phase_per_sr(shared::kPhaseHenyeyGreenstein, ray.mu, g) * exact_single_scattering(ray, sigma);
   });
-}
-
-struct Estimate {
-  double mean = 0, error = 0;
-};
-
-dvec3 scattered(const dvec3& w, double g, std::mt19937_64& random) {
-  std::uniform_real_distribution<double> unit(0, 1);
-  const double u = unit(random), q = (1 - g * g) / (1 - g + 2 * g * u);
-  const double mu = std::abs(g) < 1e-6 ? 2 * u - 1 : (1 + g * g - q * q) / (2 * g);
-  const double sine = std::sqrt(std::max(0.0, 1 - mu * mu)), phi = 2 * kCircle * unit(random);
-  const dvec3 side = normalize(cross(w, std::abs(w.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0))), up = cross(w, side);
-  return mu * w + sine * (std::cos(phi) * side + std::sin(phi) * up);
-}
-
-// Radiance of orders >= 2 along the view ray: walks backwards from the eye, the first collision forced into the sphere,
-// the light seen at every later one. Light travels along +z.
-Estimate monte_carlo(double c, double h, double x, double sigma, double g, int paths) {
-  const double sc = std::sqrt(1 - c * c), sh = std::sqrt(1 - h * h), y = std::sqrt(1 - x * x);
-  const dvec3 n(sc, 0, c), omega(h * sc - sh * x * c, sh * y, h * c + sh * x * sc);
-  const double opacity = 1 - std::exp(-2 * sigma * h);
-  const int streams = 16;
-  std::vector<double> sums(streams), squares(streams);
-  parallel_for(streams, [&](int stream) {
-    std::mt19937_64 random(1000 + stream);
-    std::uniform_real_distribution<double> unit(0, 1);
-    for (int i = 0; i < paths / streams; ++i) {
-      double t = -std::log(1 - opacity * unit(random)) / sigma, value = 0;
-      dvec3 p = n, w = -omega;  // w: the way we walk, against the light's
-      for (int order = 1;; ++order) {
-        p += t * w;
-        if (order >= 2) {
-          const double path = p.z + std::sqrt(std::max(0.0, 1 - p.x * p.x - p.y * p.y));
-          value += phase(-w.z, g) * std::exp(-sigma * path);
-        }
-        w = scattered(w, g, random);
-        t = -std::log(1 - unit(random)) / sigma;
-        const double b = dot(p, w);
-        if (t > -b + std::sqrt(std::max(0.0, b * b + 1 - dot(p, p)))) break;
-      }
-      value *= opacity;
-      sums[stream] += value;
-      squares[stream] += value * value;
-    }
-  });
-  double sum = 0, square = 0;
-  for (int i = 0; i < streams; ++i) {
-    sum += sums[i];
-    square += squares[i];
-  }
-  const double mean = sum / paths;
-  return {mean, std::sqrt(std::max(0.0, square / paths - mean * mean) / paths)};
 }
 
 }  // namespace
@@ -189,9 +107,11 @@ TEST_CASE("direct, single and multiple scattering add up to the incident power")
     CAPTURE(g);
     const SphereSolution solution = solve_sphere({0, g, sigma}, sphere_grid(sigma, false), 1e-4);
     CHECK(solution.residual() <= 1e-4);
-    const double multiple = power(
-        24, [&](double c, double h, double x) { return solution.chord_source(c, h, x) * -std::expm1(-2 * sigma * h); });
-    // Measured 0.1 % at these grids; single scattering's formula adds 0.2 %.
+    const double multiple = exit_power(24, [&](const SphereRay& ray) {
+      const float x = shared::azimuth_cosine(float(ray.c), float(ray.h), float(ray.mu));
+      return solution.chord_source(ray.c, ray.h, x) * -std::expm1(-2 * sigma * ray.h);
+    });
+    // Measured 0.1 % at these grids.
     CHECK(direct_power(sigma) + single_power(sigma, g) + multiple == doctest::Approx(1.0).epsilon(0.004));
   }
 }
@@ -207,12 +127,13 @@ TEST_CASE("multiple scattering agrees with Monte Carlo on lit, dark, grazing and
     for (const Ray ray :
          {Ray{-0.8, 0.9, 0.2}, Ray{0.7, 0.8, 0.6}, Ray{0.05, 0.3, -0.9}, Ray{0.9, 0.95, 1.0}, Ray{-0.3, 0.15, 0.98}}) {
       CAPTURE(ray.c);
-      const Estimate truth = monte_carlo(ray.c, ray.h, ray.x, sigma, g, 160000);
+      const SphereRay at{ray.c, ray.h, scattering_cosine(ray.c, ray.h, ray.x)};
+      const Estimate truth = monte_carlo_multiple({0, g, sigma}, at, 160000, 1000);
       const double value = solution.chord_source(ray.c, ray.h, ray.x) * -std::expm1(-2 * sigma * ray.h);
       CAPTURE(truth.mean);
-      CAPTURE(truth.error);
+      CAPTURE(truth.standard_error);
       // Four standard errors, and 2 % for the grid: 14 radii x 16 polar angles below sigma 5.
-      CHECK(std::abs(value - truth.mean) < 4 * truth.error + 0.02 * truth.mean);
+      CHECK(std::abs(value - truth.mean) < 4 * truth.standard_error + 0.02 * truth.mean);
     }
   }
 }
@@ -236,8 +157,8 @@ TEST_CASE("a baked table carries the sphere's energy at and between its densitie
   for (const auto& [sigma, tolerance] :
        std::vector<std::pair<double, double>>{{1.0, 0.01}, {4.5, 0.01}, {8.0, 0.015}, {2.5, 0.02}}) {
     CAPTURE(sigma);
-    const double multiple = power(24, [&](double c, double h, double x) {
-      return fetch_multiple(texture, float(c), float(h), float(scattering_cosine(c, h, x)), float(sigma), g);
+    const double multiple = exit_power(24, [&](const SphereRay& ray) {
+      return double{fetch_multiple(texture, float(ray.c), float(ray.h), float(ray.mu), float(sigma), g)};
     });
     CHECK(direct_power(sigma) + single_power(sigma, g) + multiple == doctest::Approx(1.0).epsilon(tolerance));
   }

@@ -50,7 +50,7 @@ std::vector<std::string> small_render(std::vector<std::string> more) {
 TEST_CASE("program: help and version go to stdout") {
   CHECK(run_quietly({"--version"}).out == "nephele 0.1.0\n");
   const std::string help = run_quietly({"--help"}).out;
-  for (const char* command : {"render", "bake", "devices"}) {
+  for (const char* command : {"render", "bake", "probe", "devices"}) {
     CHECK(help.find(command) != std::string::npos);
     CHECK(run_quietly({command, "--help"}).out.find("Usage: nephele " + std::string(command)) != std::string::npos);
   }

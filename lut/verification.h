@@ -1,0 +1,14 @@
+// What nephele bake --verify measures: the tables as shading reads them, against independent truth (oracles.h).
+#pragma once
+
+#include "engine/result.h"
+#include "lut/tables.h"
+
+namespace nephele {
+
+// Measures both tables and writes "verification" into their metadata: how, how many rays, every error with its
+// statistical uncertainty. Takes some 20 s on two idle cores;
+// effort scales that, by fewer rays and paths.
+void verify_tables(Tables& tables, const ProgressCallback& progress = {}, double effort = 1);
+
+}  // namespace nephele
