@@ -96,6 +96,9 @@ vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, flo
   return p.sun_irradiance * (once + again + around) + ambient;
 }
 
+NEPHELE_CONST(float, kRimFrom, 0.3);  // half chords, of the unit sphere
+NEPHELE_CONST(float, kRimTo, 0.75);
+
 // The particle's visible segment along the ray up to limit_m; false when there is none.
 bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegment segment) {
   segment = blend_no_segment();
@@ -116,7 +119,10 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   float h = min(half_chord * length(step), 1.0);
   bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
   vec2 matter = homogeneous ? vec2(1.0, 0.0) : fetch_optical_depth(optical_depth_table, entry, exit);
-  float tau_chord = matter.x * p.extinction_per_m * 2.0 * half_chord;
+  // The noise may leave matter right up to the reference particle's surface: fading the shortest chords keeps its
+  // sphere from showing as an arc.
+  float rim = homogeneous ? 1.0 : smoothstep(kRimFrom, kRimTo, h);
+  float tau_chord = rim * matter.x * p.extinction_per_m * 2.0 * half_chord;
   float matter_near = chord_near + matter.y * 2.0 * half_chord;
   float density = tau_chord / max(chord_far - matter_near, 1e-3 * half_chord);
   near_m = max(near_m, matter_near);
