@@ -54,7 +54,7 @@ bool backend_available(const DeviceInfo& device, Backend backend) {
 }
 
 BackendChoice automatic_backend(const DeviceInfo&) {
-  return {Backend::tiled, "stops behind opaque cloud, which the ordered raster backends cannot"};
+  return {Backend::tiled, "stops behind opaque cloud; measured faster than attachment at equal blend, on lavapipe"};
 }
 
 Backend resolve_backend(const DeviceInfo& device, Backend wanted) {

@@ -160,6 +160,17 @@ inline LayerError layer_error(const Layer& a, const Layer& b, double tolerance) 
   return error;
 }
 
+// The largest change between two pictures in any channel that the truth does not make as well. (An opaque silhouette
+// moves as the square root of the distance: the truth itself has no bound.)
+inline double step_error(const Layer& before, const Layer& after, const Layer& truth_before, const Layer& truth_after) {
+  double most = 0;
+  for (std::size_t i = 0; i < before.color.size(); ++i) {
+    const glm::vec4 off = glm::abs((after.color[i] - before.color[i]) - (truth_after.color[i] - truth_before.color[i]));
+    most = std::max(most, double(std::max({off.x, off.y, off.z, off.w})));
+  }
+  return most;
+}
+
 inline const CameraState kLevelCamera{.position_m = {0, 0, 1000}, .yaw_rad = 0, .pitch_rad = 0};
 
 }  // namespace nephele::test
