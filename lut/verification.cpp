@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "lut/chord_maps.h"
 #include "lut/cpu_fetch.h"
 #include "lut/oracles.h"
 #include "lut/parallel.h"
@@ -194,13 +195,20 @@ void verify_tables(Tables& tables, const ProgressCallback& progress, double effo
   const int chords = static_cast<int>(20000 * effort);
   const TransmittanceError depth =
       transmittance_error(FloatTexture(tables.optical_depth), tables.parameters.particle_seed, chords);
-  add_verification(tables.optical_depth, {{"truth", "adaptive quadrature of the density itself"},
-                                          {"chords", chords},
-                                          {"peak_optical_radius", 8},
-                                          {"transmittance_rms", depth.rms},
-                                          {"transmittance_bias", depth.bias},
-                                          {"transmittance_p99", depth.p99},
-                                          {"mean_density_rms", depth.mean_density_rms}});
+  json optical_depth{{"truth", "adaptive quadrature of the density itself"},
+                     {"chords", chords},
+                     {"peak_optical_radius", 8},
+                     {"transmittance_rms", depth.rms},
+                     {"transmittance_bias", depth.bias},
+                     {"transmittance_p99", depth.p99},
+                     {"mean_density_rms", depth.mean_density_rms}};
+  const int compared_chords = static_cast<int>(512 * effort);
+  json maps{{"chords", compared_chords}};
+  for (const ChordMapError& error : compare_chord_maps(tables.parameters.particle_seed, compared_chords))
+    maps["maps"].push_back(
+        {{"axes", error.name}, {"size", error.size}, {"transmittance_rms", error.transmittance_rms}});
+  optical_depth["other_axes"] = maps;
+  add_verification(tables.optical_depth, optical_depth);
 
   const FloatTexture table(tables.multiple_scattering);
   const Medium medium{tables.parameters.phase_function, tables.parameters.g_multiple};

@@ -7,7 +7,7 @@
 namespace nephele {
 
 // Measures both tables and writes "verification" into their metadata: how, how many rays, every error with its
-// statistical uncertainty. Takes some 20 s on two idle cores;
+// statistical uncertainty. Takes some 30 s on two idle cores;
 // effort scales that, by fewer rays and paths.
 void verify_tables(Tables& tables, const ProgressCallback& progress = {}, double effort = 1);
 

@@ -33,6 +33,11 @@ TEST_CASE("verification measures a coarse bake, and the tables stay loadable wit
   const auto depth = nlohmann::json::parse(loaded->optical_depth.metadata).at("verification");
   CHECK(depth.at("transmittance_rms") > 0.03);  // eight vertices a side are few: the error must show
   CHECK(depth.at("transmittance_rms") < 0.3);
+  REQUIRE(depth.at("other_axes").at("maps").size() == 3);
+  for (const auto& map : depth["other_axes"]["maps"]) {
+    CHECK(map.at("transmittance_rms") > 0.0);
+    CHECK(map.at("transmittance_rms") < 0.15);
+  }
   const auto sphere = nlohmann::json::parse(loaded->multiple_scattering.metadata).at("verification");
   for (const auto& row : sphere.at("single_scattering").at("rows")) CHECK(row.at("relative_rmse") < 0.03);
   // A coarse table is good to some percent; the Monte Carlo of a fiftieth of the paths sees a gross mistake.
