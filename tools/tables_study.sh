@@ -1,0 +1,170 @@
+#!/usr/bin/env bash
+# Measures the tables' accuracy and cost on this machine and writes docs/tables.md: bakes with --verify into a scratch
+# directory. A few minutes; needs jq.
+#   tools/tables_study.sh [PROGRAM]     PROGRAM: default build/nephele
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+command -v jq >/dev/null || { echo "tables_study: jq is missing; it reads the measurements" >&2; exit 2; }
+program=${1:-build/nephele}
+[[ -x $program ]] || { echo "tables_study: $program is missing; build it first (tools/demo.sh)" >&2; exit 2; }
+work=$(mktemp -d)
+trap 'rm -rf "$work" docs/tables.md.new' EXIT
+
+bake() {  # name arguments...
+  local name=$1; shift
+  "$program" bake --quiet --out "$work/$name" --stats "$work/$name.json" "$@"
+}
+# The rows that a filter makes of NAME's scattering (depth: optical-depth) JSON, with percentages to three digits.
+jq_lib='def pct: if fabs >= 0.0000005 then (. * 100 | (if fabs >= 10 then (. * 10 | round / 10) else (. * 100 | round / 100) end) + 0 | tostring) else "0" end;
+  def share: (. * 1000 | round / 1000 | tostring);'
+rows() { jq -r "$jq_lib $2" "$work/$1/multiple_scattering.json"; }
+depth() { jq -r "$jq_lib $2" "$work/$1/optical_depth.json"; }
+seconds() { jq -r '.seconds * 10 | round / 10' "$work/$1.json"; }
+kib() { echo $(($(stat -c %s "$1") / 1024)); }
+
+tiny=(--size-optical-depth 4)
+bake default --verify
+bake g0 "${tiny[@]}" --g-single 0 --g-multiple 0 --verify
+bake g07 "${tiny[@]}" --g-single 0.9 --g-multiple 0.7 --verify
+bake g09 "${tiny[@]}" --g-single 0.9 --g-multiple 0.9 --verify
+bake fast --preset fast --size-optical-depth 32
+bake loose "${tiny[@]}" --residual 0.001
+bake small "${tiny[@]}" --size-scattering 24x12x16
+bake large "${tiny[@]}" --size-scattering 96x48x16
+bake minus "${tiny[@]}" --g-single -0.9 --g-multiple -0.9
+bake peaked "${tiny[@]}" --g-single 0.95 --g-multiple 0.95
+for n in 16 24 48; do bake "depth$n" --preset fast --size-scattering 4x3x4 --residual 0.01 --size-optical-depth $n; done
+
+all_orders() {  # name, what it is called
+  rows "$1" '.verification.all_orders.rows[] | "| '"$2"' | \(.optical_radius) | \(.relative_rmse | pct) | \(.relative_rmse_at_most | pct) | \(.monte_carlo_noise | pct) | \(.relative_bias | pct) ± \(.relative_bias_noise | pct) |"'
+}
+identities() {
+  rows "$1" '[.verification.identities.rows[]] as $r | "| '"$2"' | " + ([$r[] | "\(.energy | pct) / \(.furnace | pct)"] | join(" | ")) + " |"'
+}
+energies() {  # name, what it is called
+  echo "| $2 | $(kib "$work/$1/multiple_scattering.npy") | $(seconds "$1") | $(rows "$1" '[.error.energy[].relative | pct] | join(" | ")') |"
+}
+
+{
+  cat <<'TEXT'
+# The tables: accuracy and cost
+
+Written by `tools/tables_study.sh` from `nephele bake --verify`. Truth comes from `lut/oracles.h`: adaptive quadrature and
+Monte Carlo in doubles that share no code with the bakes. Rays: impact parameter uniform in area, light from anywhere.
+Errors are in percent; RMSE is relative to the RMS value. Fetches are those of `shaders/tables.glsl` on the CPU; a test
+holds the device to them, and `nephele probe` evaluates any ray on the device.
+
+## Single scattering: a formula
+
+HG, g = 0.85, phase function included. Asked: RMSE 1, 99th percentile 3, for optical radii 0.05 to 100.
+
+| optical radius | RMSE | 99th percentile of the error / RMS value |
+|---|---|---|
+TEXT
+  rows default '.verification.single_scattering.rows[] | "| \(.optical_radius[0]) to \(.optical_radius[1]) | \(.relative_rmse | pct) | \(.p99_over_rms | pct) |"'
+  cat <<'TEXT'
+
+Above 100, single rays that graze the terminator with the light ahead carry most of the square: 20 000 rays give anything
+from 0.4 to 2.
+
+## All orders against Monte Carlo
+
+Single scattering plus table, against quadrature plus two independent Monte Carlo estimates of the orders from the second
+on; the product of the deviations from both is free of their noise. "at most" adds two standard errors. "noise" is the
+Monte Carlo's own per ray, "bias" the mean error over the mean radiance, with its standard error. An RMSE of 0
+means that it is below what the noise lets see. Asked: RMSE 1 up to optical radius 16 and 2 to 100 (g up to 0.7), 2
+(g 0.85).
+
+| g | optical radius | RMSE | at most | noise | bias |
+|---|---|---|---|---|---|
+TEXT
+  all_orders g0 0
+  all_orders g07 0.7
+  all_orders default 0.85
+  all_orders g09 0.9
+  cat <<'TEXT'
+
+## Energy and furnace
+
+Albedo 1: direct + single + multiple power over the incident power, minus 1; and the largest deviation from 1 of the
+radiance leaving under uniform light from everywhere. Asked: energy 0.5 up to 16, 1.5 at 100; furnace 2.
+
+TEXT
+  echo "| g | $(rows default '[.verification.identities.rows[].optical_radius | tostring] | join(" | ")') |"
+  echo "|---|$(rows default '[.verification.identities.rows[] | "---"] | join("|")')|"
+  identities g0 0
+  identities g07 0.7
+  identities default 0.85
+  identities g09 0.9
+  cat <<'TEXT'
+
+## Power per order
+
+Monte Carlo, first scattering with g = 0.9, later ones with 0.7; standard errors at most 0.0011.
+
+| optical radius | direct | single | orders 2 to 18 | beyond 18 |
+|---|---|---|---|---|
+TEXT
+  rows g07 '.verification.power_per_order.rows[] | "| \(.optical_radius) | \(.direct | share) | \(.single | share) | \(.orders_2_to_18 | share) | \(.orders_over_18 | share) |"'
+  echo
+  echo "A check of the Monte Carlo itself: with one phase function for all orders (here g = 0.85), light scatters 4/3 of the"
+  echo "optical radius times on average. Measured, over that:"
+  rows default '[.verification.power_per_order.rows[] | "\(.scatterings_over_4_3_optical_radius | share) ± \(.scatterings_standard_error | share)"] | join(", ") + "."'
+  cat <<'TEXT'
+
+## Error against bytes, time and residual
+
+Energy errors (percent) of other bakes, and the seconds of the whole bake on this machine, which is shared and noisy.
+All but the first two leave the optical-depth table out (4 vertices a side). g = 0.85 where not said.
+
+| bake | KiB | seconds | 0.1 | 1 | 4 | 16 | 100 |
+|---|---|---|---|---|---|---|---|
+TEXT
+  energies default "default"
+  energies fast "fast"
+  energies small "24x12x16"
+  energies large "96x48x16"
+  energies loose "residual 0.001"
+  energies minus "g = -0.9"
+  energies peaked "g = 0.95"
+  cat <<'TEXT'
+
+## Optical depth of the reference particle
+
+Transmittance exp(-tau) at peak optical radius 8, over 2 048 random chords (20 000 for 32, whose 99th percentile and bias are
+given below), against adaptive quadrature of the density. Asked: RMS 0.004.
+
+| vertices a side | MiB | RMS error |
+|---|---|---|
+TEXT
+  for n in 16 24; do
+    echo "| $n | $(awk "BEGIN { printf \"%.2f\", 2 * $n ^ 4 / 1048576 }") | $(depth "depth$n" '.error.transmittance_rms_at_peak_optical_radius_8 | share') |"
+  done
+  echo "| 32 (default) | 2.00 | $(depth default '.verification.transmittance_rms | share') |"
+  echo "| 48 | 10.12 | $(depth depth48 '.error.transmittance_rms_at_peak_optical_radius_8 | share') |"
+  echo
+  depth default '.verification | "At 32: bias \(.transmittance_bias | share), 99th percentile \(.transmittance_p99 | share), mean density of the chord \(.mean_density_rms | share) RMS."'
+  cat <<'TEXT'
+
+Axes at equal bytes, exact values at the vertices a chord is filtered from, no quantisation, the same random chords for each
+(512):
+
+| axes | vertices | RMS error of the transmittance |
+|---|---|---|
+TEXT
+  depth default '.verification.other_axes.maps[] | "| \(.axes) | \(.size | map(tostring) | join("x")) | \(.transmittance_rms * 10000 | round / 10000) |"'
+  cat <<'TEXT'
+
+## What falls short
+
+- **Optical depth**: the error asked for is a tenth of what 32 vertices a side give. More vertices help slowly (first table);
+  the reference particle's features of 0.2 radii are finer than any table of a few MiB resolves. Of the axes compared, chords
+  addressed by direction without sign and impact point lose least, because mean density does not depend on the way a chord
+  is walked; they are not used because the distance to the first matter does, which takes a third channel.
+- **g = 0.9 and beyond**: thick spheres miss the 2 percent that lesser g keep, in the all-orders RMSE and in the furnace.
+  Energy holds at 0.9; at 0.95 it is off by up to one percent, and rays have not been measured there.
+- **Optical radius 100**: Monte Carlo noise leaves the RMSE of g = 0.7 and above uncertain, see "at most".
+- The paper's own 4D tables with 18 orders are not baked for comparison; what 18 orders lose is in "Power per order".
+TEXT
+} > docs/tables.md.new
+mv docs/tables.md.new docs/tables.md
