@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that Nephele builds and runs with, and only those that are missing. Needs root or
-# sudo when something is missing; asks nothing. Elsewhere than on Debian it leaves the packages to you.
+# sudo when something is missing; asks nothing. Arguments are further packages that one script alone needs.
+# Elsewhere than on Debian it leaves the packages to you.
 set -euo pipefail
 
 packages=(
@@ -12,6 +13,7 @@ packages=(
   libcli11-dev nlohmann-json3-dev    # command line, scene files
   libopenexr-dev libstb-dev          # EXR and PNG images
   doctest-dev vulkan-validationlayers  # tests
+  "$@"
 )
 
 if ! command -v dpkg-query >/dev/null; then

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Measures the tables' accuracy and cost on this machine and writes docs/tables.md: bakes with --verify into a scratch
-# directory. A few minutes; needs jq.
+# directory. Some ten minutes.
 #   tools/tables_study.sh [PROGRAM]     PROGRAM: default build/nephele
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-command -v jq >/dev/null || { echo "tables_study: jq is missing; it reads the measurements" >&2; exit 2; }
+tools/setup.sh jq
 program=${1:-build/nephele}
 [[ -x $program ]] || { echo "tables_study: $program is missing; build it first (tools/demo.sh)" >&2; exit 2; }
 work=$(mktemp -d)
