@@ -21,30 +21,38 @@ measure() {  # name arguments...
     --out "$work/frame-%04d.png" "$@"
 }
 row() {  # name, what it is called
-  local file=$work/$1.json
-  printf '| %s | %s | %s | %s | %s | %.0f | %.0f |\n' "$2" "$(text "$file" backend)" "$(number "$file" particles_generated)" \
-    "$(number "$file" particles_visible)" "$(number "$file" fragments_shaded)" "$(number "$file" median)" "$(number "$file" p95)"
+  local file=$work/$1.json shaded
+  shaded=$(number "$file" fragments_shaded)
+  [[ $shaded == 0 ]] && shaded=$(number "$file" pairs_shaded)
+  printf '| %s | %s, %s | %s | %s | %s | %.0f | %.0f |\n' "$2" "$(text "$file" backend)" "$(text "$file" blend)" \
+    "$(number "$file" particles_generated)" "$(number "$file" particles_visible)" "$shaded" "$(number "$file" median)" "$(number "$file" p95)"
 }
 
 measure small --size 640x360 --quality low --scale 2 --backend attachment "$@"
+measure tiled --size 640x360 --quality low --scale 2 --backend tiled "$@"
+measure exact --size 640x360 --quality low --scale 2 --backend tiled --blend exact "$@"
 measure alpha --size 640x360 --quality low --scale 2 --backend alpha "$@"
 measure low --size 1280x720 --quality low "$@"
 measure medium --size 1280x720 --quality medium "$@"
 measure high --size 1280x720 --quality high "$@"
+measure raster --size 1280x720 --quality high --backend attachment "$@"
 {
   echo "# Figures of the frame"
   echo
   echo "Written by \`tools/figures.sh\`: scene fair_weather, medians of 20 frames after 2 for warming up, one run, in"
   echo "milliseconds. Device: $(text "$work/small.json" device), $(text "$work/small.json" driver), $(nproc) cores."
-  echo "A shared machine is noisy: compare rows of one run, not of two."
+  echo "A shared machine is noisy: compare rows of one run, not of two. Shaded: fragments, or pairs of pixel and particle."
   echo
-  echo "| image | backend | particles | visible | fragments | median ms | p95 ms |"
+  echo "| image | backend, blend | particles | visible | shaded | median ms | p95 ms |"
   echo "|---|---|---|---|---|---|---|"
   row small "640x360, low, scale 2"
+  row tiled "640x360, low, scale 2"
+  row exact "640x360, low, scale 2"
   row alpha "640x360, low, scale 2"
   row low "1280x720, low"
   row medium "1280x720, medium"
   row high "1280x720, high"
+  row raster "1280x720, high"
   echo
   echo "Passes of the first row and of the high one (medians; a stamp can lag into the next pass on a software"
   echo "device):"
