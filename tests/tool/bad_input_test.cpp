@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "engine/image_io.h"
 #include "tests/support/support.h"
 #include "tests/tool/program.h"
 
@@ -135,4 +137,21 @@ TEST_CASE("bad input: tables baked for another phase function than the scene's")
   expect_refusal({"render", "--size", "8x8", "--out", directory / "x.png", "--tables", directory / "tables", "--scene",
                   directory / "scene.json"},
                  {directory / "tables", "0.85", "0.5"});
+}
+
+TEST_CASE("bad input: images that can't be compared") {
+  const TempDirectory directory;
+  const std::string a = directory / "a.exr", b = directory / "b.exr";
+  const auto write = [](const std::string& path, const nephele::ImageF& image) {
+    REQUIRE(nephele::write_exr(path, image));
+  };
+  write(a, {2, 1, {"R", "G", "B"}, {1, 2, 3, 4, 5, 6}});
+  expect_refusal({"compare", a}, {"reference"});
+  expect_refusal({"compare", a, b}, {b, "can't be read"});
+  write(b, {1, 2, {"R", "G", "B"}, {1, 2, 3, 4, 5, 6}});
+  expect_refusal({"compare", a, b}, {a, b, "2x1", "1x2"});
+  write(b, {2, 1, {"R", "G", "B"}, {1, 2, 3, 4, NAN, 6}});
+  expect_refusal({"compare", a, b}, {b, "\"G\"", "nan", "pixel 1, 0", "finite"});
+  expect_refusal({"compare", a, a, "--channels", "R,T"}, {a, "\"T\"", "B, G, R"});
+  expect_refusal({"compare", a, a, "--channels", "R,R"}, {"\"R\"", "twice"});
 }

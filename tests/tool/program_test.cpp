@@ -50,7 +50,7 @@ std::vector<std::string> small_render(std::vector<std::string> more) {
 TEST_CASE("program: help and version go to stdout") {
   CHECK(run_quietly({"--version"}).out == "nephele 0.1.0\n");
   const std::string help = run_quietly({"--help"}).out;
-  for (const char* command : {"render", "bake", "probe", "devices"}) {
+  for (const char* command : {"render", "bake", "probe", "compare", "devices"}) {
     CHECK(help.find(command) != std::string::npos);
     CHECK(run_quietly({command, "--help"}).out.find("Usage: nephele " + std::string(command)) != std::string::npos);
   }
@@ -202,4 +202,28 @@ TEST_CASE("program: a scene without clouds renders the sky alone") {
   CHECK(layers->at(7, 7, t) == 1.0f);
   CHECK(std::isinf(layers->at(7, 7, z)));
   CHECK(nlohmann::json::parse(read_file(directory / "stats.json")).at("particles_generated") == 0);
+}
+
+TEST_CASE("program: compare prints the metrics of the channels that were asked for") {
+  const TempDirectory directory;
+  REQUIRE(write_exr(directory / "test.exr", {2, 1, {"R", "G", "B", "T"}, {1, 1, 1, 0.5f, 1, 1, 2, 0.25f}}));
+  REQUIRE(write_exr(directory / "truth.exr", {2, 1, {"R", "G", "B", "T"}, {1, 1, 1, 0.25f, 1, 1, 1, 0.25f}}));
+  const auto compare = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments{"compare", directory / "test.exr", directory / "truth.exr"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return nlohmann::json::parse(run_quietly(arguments).out);
+  };
+  const auto colour = compare({});
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : colour.items()) keys.push_back(key);
+  CHECK(keys == std::vector<std::string>{"bias", "max_abs", "p99_abs", "pixels", "psnr_db", "relmse", "rmse"});
+  CHECK(colour["rmse"].get<double>() == doctest::Approx(std::sqrt(1.0 / 6)));  // one of six values is off by one
+  CHECK(colour["bias"].get<double>() == doctest::Approx(1.0 / 6));
+  CHECK(colour["pixels"] == 2);
+  const auto transmittance = compare({"--channels", "T"});
+  CHECK(transmittance["bias"].get<double>() == doctest::Approx(0.5));
+  CHECK(transmittance["max_abs"] == 0.25);
+  const auto two = compare({"--channels", "R,G"});
+  CHECK(two["rmse"] == 0.0);
+  CHECK(two["psnr_db"].is_null());  // infinite
 }

@@ -1,0 +1,84 @@
+#include "engine/image_compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "engine/check.h"
+
+namespace nephele {
+namespace {
+
+Result<void> append_channel(std::vector<double>& values, const ImageF& image, const std::string& image_name,
+                            const std::string& channel) {
+  const auto index = image.channel_index(channel);
+  if (!index) {
+    std::string known;
+    for (const std::string& other : image.channels) known += (known.empty() ? "" : ", ") + other;
+    return Error{image_name + ": has no channel \"" + channel + "\"; it has " + known};
+  }
+  for (std::uint32_t y = 0; y < image.height; ++y)
+    for (std::uint32_t x = 0; x < image.width; ++x) {
+      const float value = image.at(x, y, *index);
+      if (!std::isfinite(value))
+        return Error{concat(image_name, ": channel \"", channel, "\" is ", value, " at pixel ", x, ", ", y,
+                            "; accepted: finite values")};
+      values.push_back(value);
+    }
+  return {};
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  const double rank = share * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(rank);
+  return std::lerp(values[below], values[std::min(below + 1, values.size() - 1)], rank - std::floor(rank));
+}
+
+// 0 / 0 is no error at all.
+double over(double error, double size) {
+  return error == 0.0 ? 0.0 : error / size;
+}
+
+}  // namespace
+
+Result<ImageErrors> compare_images(const ImageF& test, const std::string& test_name, const ImageF& reference,
+                                   const std::string& reference_name, std::span<const std::string> channels) {
+  if (test.width != reference.width || test.height != reference.height)
+    return Error{concat(test_name, " is ", test.width, "x", test.height, " and ", reference_name, " is ",
+                        reference.width, "x", reference.height, "; accepted: two images of one size")};
+  if (channels.empty()) return Error{"no channel to compare"};
+
+  std::vector<double> t, r;
+  for (auto name = channels.begin(); name != channels.end(); ++name) {
+    if (std::find(channels.begin(), name, *name) != name) return Error{"channel \"" + *name + "\" is named twice"};
+    if (auto ok = append_channel(t, test, test_name, *name); !ok) return ok.error();
+    if (auto ok = append_channel(r, reference, reference_name, *name); !ok) return ok.error();
+  }
+  const double count = static_cast<double>(r.size());
+  double mean_square = 0;
+  for (const double value : r) mean_square += value * value / count;
+  double sum_squares = 0, sum_relative = 0, sum_signed = 0, sum_reference = 0;
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    const double error = t[i] - r[i];
+    sum_squares += error * error;
+    sum_relative += over(error * error, r[i] * r[i] + 0.01 * mean_square);
+    sum_signed += error;
+    sum_reference += r[i];
+    differences.push_back(std::abs(error));
+  }
+  ImageErrors errors;
+  errors.rmse = std::sqrt(sum_squares / count);
+  errors.relmse = sum_relative / count;
+  errors.bias = over(sum_signed, sum_reference);
+  errors.max_abs = *std::max_element(differences.begin(), differences.end());
+  errors.p99_abs = percentile(differences, 0.99);
+  errors.psnr_db = errors.rmse == 0.0 ? std::numeric_limits<double>::infinity()
+                                      : 20.0 * std::log10(percentile(r, 0.999) / errors.rmse);
+  errors.pixels = std::uint64_t{test.width} * test.height;
+  return errors;
+}
+
+}  // namespace nephele
