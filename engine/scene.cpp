@@ -28,10 +28,10 @@ void read_clouds(JsonObject& json, CloudSettings& clouds) {
   json.integer("seed", clouds.seed);
   json.number("coverage", clouds.coverage, kFraction);
   json.number("base_m", clouds.base_m, {0, 20000});
-  json.number("thickness_m", clouds.thickness_m, {10, 20000});
+  json.number("thickness_m", clouds.thickness_m, {1, 20000});
   json.number("extinction_per_m", clouds.extinction_per_m, {0, 1000});
   json.vector("wind_m_per_s", clouds.wind_m_per_s, {{-500, 500}});
-  json.number("view_distance_m", clouds.view_distance_m, {1000, 500000});
+  json.number("view_distance_m", clouds.view_distance_m, {1, 500000});
 }
 
 void read_phase(JsonObject& json, PhaseSettings& phase) {
@@ -54,6 +54,7 @@ void read_particle(JsonObject& json, ListedParticle& particle) {
 }
 
 void read_scene(JsonObject& json, Scene& scene) {
+  json.vector("world_origin_m", scene.world_origin_m, {kHorizontalM});
   json.object("camera", [&](JsonObject& child) { read_camera(child, scene.camera); });
   json.object("sun", [&](JsonObject& child) { read_sun(child, scene.sun); });
   json.object("atmosphere", [&](JsonObject& child) { child.boolean("enabled", scene.atmosphere.enabled); });

@@ -73,6 +73,9 @@ struct ListedParticle {
 inline constexpr std::size_t kMaxListedParticles = 262144;
 
 struct Scene {
+  // The patterns of clouds and ground are counted from here: shifted together with camera and particles, it leaves the
+  // picture as it is.
+  glm::dvec2 world_origin_m{0.0};
   CameraState camera;
   SunSettings sun;
   AtmosphereSettings atmosphere;

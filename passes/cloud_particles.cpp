@@ -63,6 +63,8 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
                                std::uint32_t capacity)
     : features_kernel_(device, shaders::cloud_features_comp),
       cells_(device, shaders::grid_cells_comp),
+      fit_(device, shaders::grid_fit_comp),
+      thin_(device, shaders::grid_thin_comp),
       expand_(device, shaders::grid_expand_comp),
       particles_kernel_(device, shaders::particles_comp),
       listed_kernel_(device, shaders::listed_particles_comp),
@@ -76,6 +78,7 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
       cell_parts_(device, "cell_parts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
       cell_first_(device, "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
+      distance_counts_(device, "distance_counts", VkDeviceSize{shared::kDistanceBins} * sizeof(std::uint32_t)),
       particle_cell_(device, "particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
       listed_(device, "listed_particles", std::max<VkDeviceSize>(listed.size(), 1) * sizeof(shared::ListedSource)),
       particles_(device, "particles", VkDeviceSize{capacity_} * sizeof(shared::Particle)),
@@ -103,6 +106,7 @@ CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameCons
 void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer) {
   NEPHELE_CHECK(shared::grid_cell_count(constants) == cell_count_ && shared::feature_count(constants) == feature_count_,
                 "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
+  frame.update("grid_cells", distance_counts_, std::vector<std::byte>(distance_counts_.bytes()));
   const PushConstants windows = as_push(feature_windows(constants));
   frame.compute({.name = "grid_cells",
                  .kernel = &features_kernel_,
@@ -115,10 +119,23 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
                               {1, features_, Access::storage_read},
                               {2, cell_parts_, Access::storage_write},
                               {3, cell_first_, Access::storage_write},
-                              {4, counters_, Access::storage_read_write}},
+                              {4, counters_, Access::storage_read_write},
+                              {5, distance_counts_, Access::storage_read_write}},
                  .push = windows,
                  .groups = {groups_for(cell_count_ + 1), 1, 1}});
-  scan_.add(frame, "grid_cells", cell_first_, cell_count_ + 1, counters_, offsetof(FrameCounters, particle_demand));
+  frame.compute({.name = "grid_cells",
+                 .kernel = &fit_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, distance_counts_, Access::storage_read},
+                              {2, counters_, Access::storage_read_write}},
+                 .push = as_push(capacity_)});
+  frame.compute({.name = "grid_cells",
+                 .kernel = &thin_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, counters_, Access::storage_read},
+                              {2, cell_first_, Access::storage_read_write}},
+                 .indirect = {&counters_, offsetof(FrameCounters, thin_groups)}});
+  scan_.add(frame, "grid_cells", cell_first_, cell_count_ + 1, counters_, offsetof(FrameCounters, cell_particle_count));
   frame.compute({.name = "particles",
                  .kernel = &expand_,
                  .bindings = {{0, buffer, Access::uniform},

@@ -25,14 +25,14 @@ class CloudParticles {
     const Buffer& counters;   // FrameCounters
   };
   // The grid behind the particles, for whoever looks for neighbours: cells as numbered by shared/ring_grid.h.
-  // Particles of cell c are [listed + cell_first[c], listed + cell_first[c + 1]), as far as the capacity goes.
+  // Particles of cell c are [listed + cell_first[c], listed + cell_first[c + 1]).
   struct Grid {
     const Buffer& cell_first;     // uint, one more than cells
     const Buffer& particle_cell;  // uint per particle; undefined for listed ones
   };
 
   // constants: those of any frame of the scene; seed, origin, camera and time may change later, the rest of the cloud
-  // field may not. capacity 0 means capacity_for(); particles past it, the farthest, are left out and counted.
+  // field may not. capacity 0 means capacity_for(); past it the farthest cells are left out, their particles counted.
   CloudParticles(Device& device, const shared::FrameConstants& constants, std::span<const ListedParticle> listed,
                  std::uint32_t capacity = 0);
 
@@ -52,10 +52,10 @@ class CloudParticles {
   void add_listed(FrameBuilder& frame, const glm::dvec3& camera_world_m);
   void add_visible(FrameBuilder& frame, const Buffer& buffer);
 
-  ComputeKernel features_kernel_, cells_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
+  ComputeKernel features_kernel_, cells_, fit_, thin_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
   std::uint32_t listed_count_, capacity_, cell_count_, feature_count_;
   PrefixSum scan_;
-  Buffer features_, cell_parts_, cell_first_, particle_cell_, listed_, particles_, places_, visible_, counters_;
+  Buffer features_, cell_parts_, cell_first_, distance_counts_, particle_cell_, listed_, particles_, places_, visible_, counters_;
 };
 
 }  // namespace nephele

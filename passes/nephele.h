@@ -35,6 +35,7 @@ struct RenderSettings {
   std::uint32_t scale = 1;                   // the cloud layer has 1 / scale of the resolution: 1, 2 or 4
   Backend backend = Backend::automatic;
   BlendMode blend = BlendMode::volume;       // exact needs the tiled backend
+  bool culling = true;                       // off: particles out of view are lit and sorted too, which changes no pixel
 };
 inline constexpr std::uint32_t kMaxImageSide = 16384;
 

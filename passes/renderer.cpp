@@ -38,6 +38,13 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+glm::dvec3 from_origin(const Scene& scene, const glm::dvec3& world_m) { return world_m - glm::dvec3(scene.world_origin_m, 0.0); }
+
+Scene counted_from_origin(Scene scene) {
+  for (ListedParticle& particle : scene.particles) particle.center_m = from_origin(scene, particle.center_m);
+  return scene;
+}
+
 // What does not change from frame to frame.
 FrameConstants fixed_constants(const Scene& scene, const RenderSettings& settings) {
   FrameConstants c{};
@@ -52,6 +59,7 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.image_size_px = {settings.width, settings.height};
   c.layer_size_px = (c.image_size_px + settings.scale - 1u) / settings.scale;
   c.scale = settings.scale;
+  c.culling_enabled = settings.culling;
   c.phase_g = scene.phase.g;
   c.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
   c.listed_particle_count = static_cast<std::uint32_t>(scene.particles.size());
@@ -88,7 +96,7 @@ Result<void> check_settings(const Device& device, const RenderSettings& settings
 struct Renderer::Implementation {
   Implementation(Device& device_in, const Tables& tables, const Scene& scene_in, const RenderSettings& settings_in)
       : device(device_in),
-        scene(scene_in),
+        scene(counted_from_origin(scene_in)),
         settings(settings_in),
         constants(fixed_constants(scene, settings)),
         passes(device, tables, scene, settings, constants),
@@ -98,7 +106,7 @@ struct Renderer::Implementation {
   FrameBuilder build(const CameraState& camera, double time_s) {
     place_camera(camera, time_s);
     FrameBuilder frame(device);
-    passes.add(frame, constants, camera.position_m);
+    passes.add(frame, constants, from_origin(scene, camera.position_m));
     description = frame.describe();
     return frame;
   }
@@ -108,7 +116,7 @@ struct Renderer::Implementation {
     constants.clip_from_render = matrices.clip_from_render;
     constants.render_from_clip = matrices.render_from_clip;
     const glm::dvec2 wind = scene.clouds ? scene.clouds->wind_m_per_s : glm::dvec2(0.0);
-    const shared::GridPlace place = shared::grid_place(shared::cloud_from_world(camera.position_m, wind, time_s));
+    const shared::GridPlace place = shared::grid_place(shared::cloud_from_world(from_origin(scene, camera.position_m), wind, time_s));
     constants.origin_index = place.origin_index;
     constants.camera_grid_m = place.grid_m;
     constants.time_s = static_cast<float>(time_s);

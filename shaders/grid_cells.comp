@@ -13,6 +13,7 @@ layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 2) writeonly buffer CellParts_ { uint cell_parts_bits[]; };
 layout(scalar, set = 0, binding = 3) writeonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, set = 0, binding = 4) buffer Counters { FrameCounters counters; };
+layout(scalar, set = 0, binding = 5) buffer DistanceCounts { uint distance_counts[kDistanceBins]; };  // particles
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
@@ -27,6 +28,7 @@ void main() {
       if (count > 0u) {
         cell_parts_bits[i] = pack_parts(parts);
         atomicAdd(counters.cell_count, 1u);
+        atomicAdd(distance_counts[distance_bin(frame, cell)], count);
       }
     }
   }

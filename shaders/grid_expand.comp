@@ -4,7 +4,7 @@
 #include "shared/ring_grid.h"
 
 // Gives every particle slot its cell, so that the next step has one thread a particle; and settles how many there are.
-// Listed particles come first. Slots past the capacity, those of the farthest rings, are left out but counted.
+// Listed particles come first.
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
@@ -17,10 +17,9 @@ void main() {
   const uint i = gl_GlobalInvocationID.x;
   const uint cells = grid_cell_count(frame);
   if (i == 0u) {
-    const uint demand = frame.listed_particle_count + cell_first[cells];
-    counters.particle_demand = demand;
-    counters.particle_count = min(demand, capacity);
-    counters.particle_groups = uvec3((min(demand, capacity) + 63u) / 64u, 1u, 1u);
+    const uint count = min(frame.listed_particle_count + cell_first[cells], capacity);
+    counters.particle_count = count;
+    counters.particle_groups = uvec3((count + 63u) / 64u, 1u, 1u);
   }
   if (i >= cells) return;
   const uint end = min(frame.listed_particle_count + cell_first[i + 1u], capacity);

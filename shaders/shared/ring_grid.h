@@ -83,10 +83,23 @@ NEPHELE_FN float lod_weight(FrameConstants frame, uint ring, float distance_m) {
   return fade * (outer - inner);
 }
 
-NEPHELE_FN float cell_weight(FrameConstants frame, GridCell cell) {
+// Of the cell's centre, horizontally.
+NEPHELE_FN float cell_distance_m(FrameConstants frame, GridCell cell) {
   float dx = cell.corner_m.x + 0.5f * cell.size_m - frame.camera_grid_m.x;
   float dy = cell.corner_m.y + 0.5f * cell.size_m - frame.camera_grid_m.y;
-  return lod_weight(frame, cell.ring, sqrt(dx * dx + dy * dy));
+  return sqrt(dx * dx + dy * dy);
+}
+
+NEPHELE_FN float cell_weight(FrameConstants frame, GridCell cell) {
+  return lod_weight(frame, cell.ring, cell_distance_m(frame, cell));
+}
+
+// Cells sorted by distance, coarsely: what finds no room in a buffer is left out from the last bin on.
+NEPHELE_CONST(uint, kDistanceBins, 256u);
+
+NEPHELE_FN uint distance_bin(FrameConstants frame, GridCell cell) {
+  float share = cell_distance_m(frame, cell) / max(cloud_reach_m(frame), 1e-3f);
+  return min(uint(float(kDistanceBins) * share), kDistanceBins - 1u);
 }
 
 NEPHELE_SHARED_END

@@ -48,6 +48,7 @@ NEPHELE_FN uvec2 screen_pixels(mat4 clip_from_render, mat3 render_from_reference
   vec3 x = vec3(rows[0].x, rows[0].y, rows[0].z);
   vec3 y = vec3(rows[1].x, rows[1].y, rows[1].z);
   vec3 w = vec3(rows[3].x, rows[3].y, rows[3].z);
+  if (dot(w, center_m) + 1.00001f * length(transpose(render_from_reference) * w) < 0.0f) return kNoTiles;  // behind the eye
   vec2 low;
   vec2 high;
   screen_interval(x, w, render_from_reference, center_m, low.x, high.x);

@@ -45,6 +45,7 @@ struct FrameConstants {
   uint listed_particle_count;    // particles given by the scene file: the first ones of the particle buffer
   // Light space: light_from_render * p_render = (u, v) across and w towards the sun, metres (light.h)
   mat3 light_from_render;
+  uint culling_enabled;          // 0: every particle counts as visible
   float crown_per_cell;          // crown particles of a level cloud top in one cell; about 2.5 at full quality
 };
 
@@ -103,12 +104,15 @@ NEPHELE_CONST(uint, kDrawParticlesPerRow, 400u);
 struct FrameCounters {
   uint particle_demand;
   uint particle_count;
+  uint cell_particle_count; // of that: particles of the cloud field
+  uint kept_distance_bins;  // cells in farther bins than these found no room
   uint visible_demand;
   uint visible_count;
   uint tile_pair_demand;    // (light tile, particle) pairs
   uint tile_pair_count;
   uint cell_count;          // occupied cells
   uint pairs_shaded;        // (pixel, particle) pairs that the tiled backend shaded
+  uvec3 thin_groups;        // indirect dispatch over the cells: nothing when all find room
   uvec3 particle_groups;    // indirect dispatch: ceil(particle_count / 64), 1, 1
   uvec3 visible_groups;     // indirect dispatch: ceil(visible_count / 64), 1, 1
   uvec3 tile_pair_groups;   // indirect dispatch: ceil(tile_pair_count / 64), 1, 1

@@ -33,6 +33,7 @@ NEPHELE_FN bool behind_horizon(Particle particle, float camera_altitude_m) {
 NEPHELE_FN bool particle_visible(FrameConstants frame, Particle particle) {
   if (!(particle.extinction_per_m > 0.0f)) return false;
   if (!(min(particle.radius_m.x, min(particle.radius_m.y, particle.radius_m.z)) > 0.0f)) return false;
+  if (frame.culling_enabled == 0u) return true;
   // Rows of the matrix; the camera is the origin, so the side planes pass through it.
   mat4 m = transpose(frame.clip_from_render);
   vec3 x = vec3(m[0].x, m[0].y, m[0].z);

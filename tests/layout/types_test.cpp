@@ -46,7 +46,7 @@ TEST_CASE("FrameConstants") {
                 MEMBER(FrameConstants, view_distance_m), MEMBER(FrameConstants, ring_count), MEMBER(FrameConstants, ring_size_cells),
                 MEMBER(FrameConstants, layer_count), MEMBER(FrameConstants, inner_cell_m), MEMBER(FrameConstants, phase_g),
                 MEMBER(FrameConstants, phase_function), MEMBER(FrameConstants, listed_particle_count),
-                MEMBER(FrameConstants, light_from_render), MEMBER(FrameConstants, crown_per_cell)});
+                MEMBER(FrameConstants, light_from_render), MEMBER(FrameConstants, culling_enabled), MEMBER(FrameConstants, crown_per_cell)});
 }
 
 TEST_CASE("Particle") {
@@ -73,9 +73,11 @@ TEST_CASE("DrawParticle") {
 
 TEST_CASE("FrameCounters") {
   check_layout(shaders::prepare_draw_comp, "FrameCounters",
-               {MEMBER(FrameCounters, particle_demand), MEMBER(FrameCounters, particle_count), MEMBER(FrameCounters, visible_demand),
+               {MEMBER(FrameCounters, particle_demand), MEMBER(FrameCounters, particle_count),
+                MEMBER(FrameCounters, cell_particle_count), MEMBER(FrameCounters, kept_distance_bins),
+                MEMBER(FrameCounters, visible_demand),
                 MEMBER(FrameCounters, visible_count), MEMBER(FrameCounters, tile_pair_demand), MEMBER(FrameCounters, tile_pair_count),
-                MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, pairs_shaded), MEMBER(FrameCounters, particle_groups),
+                MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, pairs_shaded), MEMBER(FrameCounters, thin_groups), MEMBER(FrameCounters, particle_groups),
                 MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw),
                 MEMBER(FrameCounters, screen_pair_demand), MEMBER(FrameCounters, screen_pair_count), MEMBER(FrameCounters, screen_pair_groups)});
 }

@@ -114,7 +114,7 @@ TEST_CASE("scene: errors name file, key path, value and what is accepted") {
         "scene.json: unknown key clouds.coverge; accepted: seed, coverage, base_m, thickness_m, extinction_per_m, "
         "wind_m_per_s, view_distance_m");
   CHECK(complaint(R"({"cloud": {}})") ==
-        "scene.json: unknown key cloud; accepted: camera, sun, atmosphere, ground, exposure_ev, clouds, phase, "
+        "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, exposure_ev, clouds, phase, "
         "particles");
   CHECK(complaint(R"({"camera": {"position_m": [0, 0]}})") ==
         "scene.json: camera.position_m is [0,0]; accepted: an array of 3 numbers");
@@ -144,7 +144,7 @@ TEST_CASE("scene: values out of range, one beyond each limit, are refused") {
                            R"({"clouds": {"seed": -1}})",
                            R"({"clouds": {"seed": 4294967296}})",
                            R"({"clouds": {"base_m": -1}})",
-                           R"({"clouds": {"thickness_m": 9}})",
+                           R"({"clouds": {"thickness_m": 0.9}})",
                            R"({"clouds": {"extinction_per_m": -0.1}})",
                            R"({"clouds": {"wind_m_per_s": [501, 0]}})",
                            R"({"clouds": {"view_distance_m": 0}})",

@@ -10,6 +10,7 @@
 #include "passes/cloud_particles.h"
 #include "shared/ellipsoid.h"
 #include "shared/listed_particles.h"
+#include "shared/ring_grid.h"
 #include "shared/visibility.h"
 #include "tests/support/cloud_frame.h"
 #include "tests/support/test_device.h"
@@ -78,20 +79,32 @@ TEST_CASE("a frame depends on its camera alone, not on earlier frames") {
   CHECK(first.visible == anew.visible);
 }
 
-TEST_CASE("past the capacity slots are left out and counted, and those before it do not change") {
+TEST_CASE("past the capacity the farthest cells are left out and counted; what stays does not change") {
   const FrameConstants constants = small_frame();
   CloudParticles roomy(test_device(), constants, {});
   const Run all = run(roomy, constants);
   REQUIRE(all.counters.particle_demand == all.counters.particle_count);
+  const auto cell_first = roomy.grid().cell_first.read_vector<std::uint32_t>(shared::grid_cell_count(constants) + 1);
+  const auto cell_of = roomy.grid().particle_cell.read_vector<std::uint32_t>(all.counters.particle_count);
   for (const std::uint32_t capacity : {1u, 64u, 1000u, all.counters.particle_demand - 1u, all.counters.particle_demand}) {
     CAPTURE(capacity);
     CloudParticles tight(test_device(), constants, {}, capacity);
     const Run some = run(tight, constants);
     CHECK(some.counters.particle_demand == all.counters.particle_demand);
-    CHECK(some.counters.particle_count == capacity);
-    CHECK(some.counters.particle_groups == glm::uvec3((capacity + 63) / 64, 1, 1));
-    CHECK(same_bytes(some.particles, {all.particles.begin(), all.particles.begin() + capacity}));
-    CHECK(some.counters.visible_count <= capacity);
+    REQUIRE(some.counters.particle_count <= capacity);
+    CHECK(some.counters.particle_groups == glm::uvec3((some.counters.particle_count + 63) / 64, 1, 1));
+    CHECK(some.counters.visible_count <= some.counters.particle_count);
+
+    // What stays: the particles of all bins that fit, counted here from the cells.
+    std::vector<std::uint32_t> in_bin(shared::kDistanceBins);
+    for (std::uint32_t cell = 0; cell + 1 < cell_first.size(); ++cell)
+      in_bin[shared::distance_bin(constants, shared::grid_cell(constants, cell))] += cell_first[cell + 1] - cell_first[cell];
+    std::uint32_t kept_bins = 0, kept = 0;
+    while (kept_bins < shared::kDistanceBins && kept + in_bin[kept_bins] <= capacity) kept += in_bin[kept_bins++];
+    std::vector<Particle> expected;
+    for (std::size_t i = 0; i < all.particles.size(); ++i)
+      if (shared::distance_bin(constants, shared::grid_cell(constants, cell_of[i])) < kept_bins) expected.push_back(all.particles[i]);
+    CHECK(same_bytes(some.particles, expected));
   }
 }
 

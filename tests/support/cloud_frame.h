@@ -19,6 +19,7 @@ inline shared::FrameConstants cloud_frame(const CameraState& camera = {}) {
   frame.camera_grid_m = place.grid_m;
   frame.origin_index = place.origin_index;
   frame.ground_enabled = 1;
+  frame.culling_enabled = 1;
   frame.clouds_enabled = 1;
   frame.seed = 5;
   frame.coverage = 0.4f;
