@@ -43,6 +43,7 @@ struct FramePasses::Clouds {
   CloudShadow shadow;
   CloudLayer layer;
   Buffer counters_back;
+  const Buffer* all_particles = nullptr;  // of the last frame
 };
 
 FramePasses::FramePasses(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings,
@@ -73,6 +74,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   Clouds& c = *clouds_;
   const Image* transmittance = constants.atmosphere_enabled ? &atmosphere_.tables().transmittance : nullptr;
   const CloudParticles::Outputs particles = c.particles.add(frame, constants, constants_, camera_world_m);
+  c.all_particles = &particles.particles;
   const LightTileLists tiles = c.light_tiles.add(frame, constants_, particles.particles, particles.counters);
   const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters, tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
@@ -96,6 +98,12 @@ void FramePasses::count(FrameStats& stats) const {
   stats.overflow["tile_pairs"] = counters.tile_pair_demand - counters.tile_pair_count;
   stats.overflow["screen_pairs"] = counters.screen_pair_demand - counters.screen_pair_count;
   stats.pairs_shaded = counters.pairs_shaded;
+}
+
+std::vector<shared::Particle> FramePasses::read_particles() const {
+  if (!clouds_ || !clouds_->all_particles) return {};
+  const auto& counters = *static_cast<const FrameCounters*>(clouds_->counters_back.mapped());
+  return clouds_->all_particles->read_vector<shared::Particle>(counters.particle_count);
 }
 
 const CloudLayer* FramePasses::cloud_layer() const { return clouds_ ? &clouds_->layer : nullptr; }

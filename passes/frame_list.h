@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "lut/gpu_tables.h"
 #include "passes/atmosphere.h"
@@ -26,6 +27,7 @@ class FramePasses {
 
   const Image& hdr() const { return hdr_; }
   const Image& display() const { return display_; }
+  std::vector<shared::Particle> read_particles() const;
   const CloudLayer* cloud_layer() const;  // null when the scene has no clouds at all
 
  private:

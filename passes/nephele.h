@@ -23,6 +23,7 @@
 #include "engine/scene.h"
 #include "lut/tables.h"
 #include "passes/cloud_layer.h"
+#include "shared/types.h"
 
 namespace nephele {
 
@@ -76,6 +77,9 @@ class Renderer {
   std::vector<float> read_hdr();             // linear R G B A, before exposure and tone mapping; A = 1
   std::vector<std::uint8_t> read_display();  // tone-mapped sRGB R G B A
   std::vector<float> read_layers();          // R G B T Z: the cloud layer alone; Z = +inf without matter
+
+  // The clouds of the last frame, whether or not the camera sees them: render space, weighted by level of detail.
+  std::vector<shared::Particle> read_particles();
 
   const FrameStats& stats() const;
   std::string describe_frame() const;        // the last frame's steps and barriers in words

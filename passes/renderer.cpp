@@ -211,6 +211,8 @@ std::vector<float> Renderer::read_layers() {
   return layers;
 }
 
+std::vector<shared::Particle> Renderer::read_particles() { return implementation_->passes.read_particles(); }
+
 const FrameStats& Renderer::stats() const { return implementation_->stats; }
 
 std::string Renderer::describe_frame() const { return implementation_->description; }

@@ -17,6 +17,7 @@ struct Command {
 Command add_render_command(CLI::App& program);
 Command add_bake_command(CLI::App& program);
 Command add_probe_command(CLI::App& program);
+Command add_reference_command(CLI::App& program);
 Command add_compare_command(CLI::App& program);
 Command add_devices_command(CLI::App& program);
 

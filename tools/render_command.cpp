@@ -65,10 +65,6 @@ Result<void> check_output(const char* option, const std::string& name, std::init
   return check_writable(frame_file_name(name, 0));
 }
 
-Quality parse_quality(const std::string& name) {
-  return name == "low" ? Quality::low : name == "high" ? Quality::high : Quality::medium;
-}
-
 Backend parse_backend(const std::string& name) {
   for (const Backend backend : {Backend::interlock, Backend::attachment, Backend::tiled, Backend::alpha})
     if (name == backend_name(backend)) return backend;
@@ -89,7 +85,7 @@ Result<RenderJob> prepare(const RenderOptions& options) {
   if (!size) return size.error();
   job.settings = {.width = size->width,
                   .height = size->height,
-                  .quality = parse_quality(options.quality),
+                  .quality = quality_named(options.quality),
                   .scale = options.scale,
                   .backend = parse_backend(options.backend),
                   .blend = options.blend == blend_mode_name(BlendMode::exact) ? BlendMode::exact : BlendMode::volume};

@@ -52,6 +52,10 @@ const char* quality_name(Quality quality) {
   return "?";
 }
 
+Quality quality_named(const std::string& name) {
+  return name == "low" ? Quality::low : name == "high" ? Quality::high : Quality::medium;
+}
+
 std::string render_stats_json(const DeviceInfo& device, const RenderSettings& settings,
                               const std::vector<FrameStats>& frames) {
   NEPHELE_CHECK(!frames.empty());

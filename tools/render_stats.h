@@ -16,6 +16,7 @@ struct Percentiles {
 Percentiles percentiles(std::vector<double> values);
 
 const char* quality_name(Quality quality);
+Quality quality_named(const std::string& name);  // medium for any other name: options are checked before
 
 // Times over all timed frames (median, for passes and cpu_ms); overflow is the worst frame's, other counts the last
 // one's.

@@ -49,3 +49,28 @@ TEST_CASE("a scene without clouds has no cloud layer and records no cloud pass")
   CHECK((*renderer)->describe_frame().find("light_tiles") == std::string::npos);
   CHECK((*renderer)->describe_frame().find("composite") != std::string::npos);
 }
+
+TEST_CASE("a host can read the particles of the last frame, in view or not") {
+  Scene scene;
+  scene.camera.position_m = {5000, -3000, 1500};
+  scene.clouds.reset();
+  scene.particles = {{.center_m = {5000, -4000, 1400}, .radius_m = {50, 60, 70}, .density = 0.5f}};
+  const RenderSettings settings{.width = 16, .height = 16, .quality = Quality::low};
+  const auto renderer = Renderer::create(test_device(), test_tables(), scene, settings);
+  REQUIRE(renderer);
+  CHECK((*renderer)->read_particles().empty());  // no frame yet
+  (*renderer)->render(scene.camera, 0.0);
+  const std::vector<shared::Particle> particles = (*renderer)->read_particles();
+  REQUIRE(particles.size() == 1);
+  CHECK((*renderer)->stats().particles_visible == 0);  // it is behind the camera
+  // 1 000 m along the ground are 1 000 (1 + 1 400 / R) up there, and 0.08 m further down.
+  CHECK(glm::distance(particles[0].center_m, glm::vec3(0, -1000.22f, -100.08f)) < 0.01f);
+  CHECK(particles[0].extinction_per_m == doctest::Approx(0.025f));
+
+  scene.clouds = CloudSettings{};
+  const auto sky = Renderer::create(test_device(), test_tables(), scene, settings);
+  REQUIRE(sky);
+  (*sky)->render(scene.camera, 0.0);
+  CHECK((*sky)->read_particles().size() == (*sky)->stats().particles_generated);
+  CHECK((*sky)->stats().particles_generated > (*sky)->stats().particles_visible);
+}

@@ -155,3 +155,34 @@ TEST_CASE("bad input: images that can't be compared") {
   expect_refusal({"compare", a, a, "--channels", "R,T"}, {a, "\"T\"", "B, G, R"});
   expect_refusal({"compare", a, a, "--channels", "R,R"}, {"\"R\"", "twice"});
 }
+
+TEST_CASE("bad input: references") {
+  const TempDirectory directory;
+  const std::string out = directory / "x.exr";
+  expect_refusal({"reference"}, {"--out"});
+  expect_refusal({"reference", "--out", directory / "x.png"}, {"--out", ".exr"});
+  expect_refusal({"reference", "--out", out, "--picture", directory / "y.jpg"}, {"--picture", ".png"});
+  expect_refusal({"reference", "--out", out, "--layers", out}, {"--out", "--layers"});
+  expect_refusal({"reference", "--out", directory / "none/x.exr"}, {directory / "none/x.exr", "can't be written"});
+  const auto refuse = [&](const std::string& option, const std::string& value, const std::string& accepted) {
+    expect_refusal({"reference", "--out", out, option, value}, {option, value, accepted});
+  };
+  refuse("--spp", "0", "1 to 16777216");
+  refuse("--spp", "-1", "1 to 16777216");
+  refuse("--noise", "0", "more than 0, less than 1");
+  refuse("--noise", "nan", "more than 0, less than 1");
+  refuse("--noise", "1", "more than 0, less than 1");
+  refuse("--sky-radiance", "-1", "0 to 1e+06");
+  refuse("--threads", "257", "256");
+  refuse("--time", "nan", "-1e+09 to 1e+09");
+  refuse("--size", "0x4", "1 to 16384");
+  refuse("--quality", "ultra", "medium");
+  CHECK(directory.entries().empty());
+
+  bake_small_tables(directory / "tables");
+  write_file(directory / "scene.json", R"({"particles": []})");
+  write_file(out + ".state", "no state");
+  expect_refusal({"reference", "--out", out, "--scene", directory / "scene.json", "--tables", directory / "tables",
+                  "--size", "4x4", "--resume"},
+                 {out + ".state", "not the state of a reference"});
+}

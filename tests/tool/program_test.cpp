@@ -50,7 +50,7 @@ std::vector<std::string> small_render(std::vector<std::string> more) {
 TEST_CASE("program: help and version go to stdout") {
   CHECK(run_quietly({"--version"}).out == "nephele 0.1.0\n");
   const std::string help = run_quietly({"--help"}).out;
-  for (const char* command : {"render", "bake", "probe", "compare", "devices"}) {
+  for (const char* command : {"render", "bake", "probe", "reference", "compare", "devices"}) {
     CHECK(help.find(command) != std::string::npos);
     CHECK(run_quietly({command, "--help"}).out.find("Usage: nephele " + std::string(command)) != std::string::npos);
   }
@@ -226,4 +226,59 @@ TEST_CASE("program: compare prints the metrics of the channels that were asked f
   const auto two = compare({"--channels", "R,G"});
   CHECK(two["rmse"] == 0.0);
   CHECK(two["psnr_db"].is_null());  // infinite
+}
+
+TEST_CASE("program: a reference in two goes is the same as in one, and looks like the render") {
+  const TempDirectory directory;
+  write_file(directory / "scene.json", R"({"camera": {"position_m": [0, 0, 1000], "pitch_deg": 0},
+      "particles": [{"center_m": [0, 600, 1000], "radius_m": [150, 150, 100], "shape": "homogeneous"}]})");
+  const auto reference = [&](const std::string& name, std::vector<std::string> more) {
+    std::vector<std::string> arguments{
+        "reference", "--scene", directory / "scene.json",   "--size", "24x16", "--tables", small_tables(),
+        "--quiet",   "--out",   directory / (name + ".exr")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    run_quietly(arguments);
+  };
+  reference("one", {"--spp", "40", "--layers", directory / "layers.exr", "--threads", "1"});
+  reference("two", {"--spp", "24", "--resume"});
+  reference("two", {"--spp", "40", "--resume", "--threads", "3", "--picture", directory / "two.png"});
+  CHECK(directory.entries() ==
+        std::vector<std::string>{"layers.exr", "one.exr", "scene.json", "two.exr", "two.exr.state", "two.png"});
+  CHECK(same_bytes(directory / "one.exr", directory / "two.exr"));
+  CHECK(read_file(directory / "two.png").starts_with("\x89PNG\r\n\x1a\n"));
+
+  const Result<ImageF> image = read_exr(directory / "one.exr"), layers = read_exr(directory / "layers.exr");
+  REQUIRE(image);
+  REQUIRE(layers);
+  CHECK(image->channels == std::vector<std::string>{"B", "G", "R", "SE", "T"});
+  CHECK(layers->channels == std::vector<std::string>{"B", "G", "R", "T", "Z"});
+
+  // The renderer draws the same particle at the same place: opaque in the same pixels, clear in the same.
+  run_quietly({"render", "--scene", directory / "scene.json", "--size", "24x16", "--tables", small_tables(), "--layers",
+               directory / "rendered.exr"});
+  const auto compared =
+      run_quietly({"compare", directory / "rendered.exr", directory / "layers.exr", "--channels", "T"});
+  CHECK(nlohmann::json::parse(compared.out)["rmse"].get<double>() < 0.01);  // 40 samples of what is nearly 0 or 1
+}
+
+TEST_CASE("program: a reference goes on until its noise is as low as asked") {
+  const TempDirectory directory;
+  write_file(directory / "scene.json", R"({"particles": [{"center_m": [0, 600, 1500], "shape": "homogeneous"}]})");
+  const ProgramResult result =
+      run_program({"reference", "--scene", directory / "scene.json", "--size", "16x9", "--tables", small_tables(),
+                   "--out", directory / "a.exr", "--noise", "0.02"});
+  CHECK(result.status == 0);
+  CHECK(result.err.find("samples a pixel, mean relative standard error") != std::string::npos);
+  const Result<ImageF> image = read_exr(directory / "a.exr");
+  REQUIRE(image);
+  double sum = 0;
+  for (std::uint32_t y = 0; y < 9; ++y)
+    for (std::uint32_t x = 0; x < 16; ++x) {
+      const double luminance = 0.2126 * image->at(x, y, *image->channel_index("R")) +
+                               0.7152 * image->at(x, y, *image->channel_index("G")) +
+                               0.0722 * image->at(x, y, *image->channel_index("B"));
+      sum += image->at(x, y, *image->channel_index("SE")) / luminance / (16 * 9);
+    }
+  CHECK(sum <= 0.02001);  // floats
+  CHECK(sum > 0.002);
 }
