@@ -31,7 +31,7 @@ class AtmospherePass {
 
   struct Params {
     glm::vec3 ground_albedo{0.0f};
-    bool aerial_perspective = true;  // only what stands in the air (clouds) needs that table; the ground does not
+    bool aerial_perspective = true;  // only what stands in the air (clouds, a host's scene) needs that table; the ground does not
   };
   // Appends the steps of a frame. The lasting tables are included when this is the first call or the albedo has
   // changed, so every frame built must also be run, in order. frame_constants is a FrameConstants.

@@ -66,6 +66,7 @@ CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode ble
       scale_(size.scale),
       detail_noise_kernel_(device, shaders::detail_noise_comp),
       prepare_(device, shaders::prepare_draw_comp),
+      scene_distance_(device, shaders::scene_distance_comp),
       draw_particles_(device, "draw_particles", VkDeviceSize{visible_capacity} * sizeof(shared::DrawParticle)) {
   detail_noise_ = Image(device, "detail_noise", {VK_FORMAT_R8_UNORM, kDetailNoiseTexels, kDetailNoiseTexels, kDetailNoiseTexels});
   const std::uint32_t width = (size.width + size.scale - 1) / size.scale;
@@ -79,6 +80,7 @@ CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode ble
   };
   layer_color_ = make("layer_color", VK_FORMAT_R32G32B32A32_SFLOAT, width, height, alpha);
   layer_depth_ = make("layer_depth", VK_FORMAT_R32_SFLOAT, width, height, alpha);
+  layer_scene_ = make("layer_scene", VK_FORMAT_R32_SFLOAT, width, height, false);
   if (blends_in_images()) {
     resolve_ = ComputeKernel(device, shaders::cloud_resolve_comp);
     const bool attachment = backend == Backend::attachment;
@@ -115,8 +117,14 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {7, inputs.sky_irradiance, Access::sampled}},
                  .push = as_push(inputs.tables.mean_fill()),
                  .indirect = {&inputs.counters, offsetof(shared::FrameCounters, visible_groups)}});
+  frame.compute({.name = "scene_distance",
+                 .kernel = &scene_distance_,
+                 .bindings = {{0, inputs.frame_constants, Access::uniform},
+                              {1, inputs.host_distance, Access::sampled, Sampler::nearest_clamp},
+                              {2, layer_scene_, Access::storage_write}},
+                 .groups = groups_of_8(layer_scene_)});
   if (tiled_)
-    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.tables, detail_noise_}, layer_color_, layer_depth_);
+    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.tables, detail_noise_, layer_scene_}, layer_color_, layer_depth_);
   else
     add_draw(frame, inputs);
   if (blends_in_images())
@@ -135,7 +143,9 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                                 {1, layer_color_, Access::sampled},
                                 {2, layer_depth_, Access::sampled},
                                 {3, full_color_, Access::storage_write},
-                                {4, full_depth_, Access::storage_write}},
+                                {4, full_depth_, Access::storage_write},
+                                {5, layer_scene_, Access::sampled, Sampler::nearest_clamp},
+                                {6, inputs.host_distance, Access::sampled, Sampler::nearest_clamp}},
                    .groups = groups_of_8(full_color_)});
 }
 
@@ -147,7 +157,8 @@ void CloudLayer::add_draw(FrameBuilder& frame, const Inputs& inputs) {
                    {1, draw_particles_, Access::storage_read},
                    {2, inputs.tables.optical_depth(), Access::sampled},
                    {3, inputs.tables.multiple_scattering(), Access::sampled},
-                   {4, detail_noise_, Access::sampled, Sampler::linear_repeat}};
+                   {4, detail_noise_, Access::sampled, Sampler::linear_repeat},
+                   {8, layer_scene_, Access::sampled, Sampler::nearest_clamp}};
   step.indirect = {&inputs.counters, offsetof(shared::FrameCounters, draw)};
   const Image* state[] = {&open_, &extent_, &committed_};
   if (backend_ == Backend::attachment) {

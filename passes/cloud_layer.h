@@ -44,6 +44,7 @@ class CloudLayer {
     const Buffer& counters;        // FrameCounters: visible_groups and draw are filled
     const Image& sky_irradiance;
     const GpuTables& tables;
+    const Image& host_distance;    // metres along the ray, at the image's size; read if FrameConstants::host_scene
   };
   void add(FrameBuilder& frame, const Inputs& inputs);
 
@@ -58,11 +59,12 @@ class CloudLayer {
   Backend backend_;
   std::uint32_t scale_;
   bool noise_ready_ = false;
-  ComputeKernel detail_noise_kernel_, prepare_, clear_, resolve_, upscale_;
+  ComputeKernel detail_noise_kernel_, prepare_, scene_distance_, clear_, resolve_, upscale_;
   RasterPipeline draw_;
   std::unique_ptr<TiledBlend> tiled_;
   Buffer draw_particles_;
   Image detail_noise_;
+  Image layer_scene_;                // metres to what stands behind the clouds
   Image open_, extent_, committed_;  // blend state of the volume-aware backends
   Image interlock_target_;           // a render pass needs an attachment
   Image layer_color_, layer_depth_, full_color_, full_depth_;

@@ -23,21 +23,21 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
                                     : (shadow ? &vacuum_clouds_shadow_ : clouds ? &vacuum_clouds_ : &vacuum_);
   std::vector<Binding> bindings = {{0, *inputs.frame_constants, Access::uniform},
                                    {1, hdr, Access::storage_write},
-                                   {2, display, Access::storage_write}};
+                                   {2, display, Access::storage_write},
+                                   {14, *inputs.host_distance, Access::sampled, Sampler::nearest_clamp},
+                                   {15, *inputs.host_radiance, Access::sampled, Sampler::nearest_clamp}};
   if (air) {
     bindings.insert(bindings.end(), {{3, air->transmittance, Access::sampled},
                                      {4, air->sky_irradiance, Access::sampled},
                                      {5, air->sky_smooth, Access::sampled},
                                      {6, air->sky_aerosol, Access::sampled},
-                                     {7, air->view_transmittance, Access::sampled}});
+                                     {7, air->view_transmittance, Access::sampled},
+                                     {10, air->aerial_light, Access::sampled},
+                                     {11, air->aerial_transmittance, Access::sampled}});
   }
   if (clouds) {
     bindings.insert(bindings.end(), {{8, *inputs.cloud_color, Access::sampled, Sampler::nearest_clamp},
                                      {9, *inputs.cloud_depth, Access::sampled, Sampler::nearest_clamp}});
-  }
-  if (clouds && air) {
-    bindings.insert(bindings.end(),
-                    {{10, air->aerial_light, Access::sampled}, {11, air->aerial_transmittance, Access::sampled}});
   }
   if (shadow) bindings.push_back({12, *inputs.cloud_shadow, Access::sampled});
   if (shadow && air) {

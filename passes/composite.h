@@ -18,6 +18,8 @@ struct CompositeInputs {
   const AtmosphereTables* atmosphere = nullptr;  // null: black sky, no haze
   const Image* cloud_color = nullptr;            // full size: radiance times opacity, transmittance; null: no clouds
   const Image* cloud_depth = nullptr;            // full size: metres to the first matter, +inf without
+  const Image* host_distance = nullptr;          // full size, read if FrameConstants::host_scene; never null
+  const Image* host_radiance = nullptr;          // likewise
   const Image* cloud_shadow = nullptr;           // as passes/cloud_shadow.h makes it; null: no shadows
 };
 

@@ -52,19 +52,22 @@ FramePasses::FramePasses(Device& device, const Tables& tables, const Scene& scen
       atmosphere_(device),
       composite_(device),
       hdr_(device, "hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height}),
-      display_(device, "display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height}) {
+      display_(device, "display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height}),
+      no_host_(device, "no_host", {VK_FORMAT_R32_SFLOAT}) {
   if (constants.clouds_enabled || !scene.particles.empty())
     clouds_ = std::make_unique<Clouds>(device, tables, scene, settings, constants);
 }
 
 FramePasses::~FramePasses() = default;
 
-void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m) {
+void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host) {
   frame.update("frame_constants", constants_, as_push(constants));
-  CompositeInputs composite{.frame_constants = &constants_};
+  CompositeInputs composite{.frame_constants = &constants_,
+                            .host_distance = host.distance_m ? host.distance_m : &no_host_,
+                            .host_radiance = host.radiance ? host.radiance : &no_host_};
   if (constants.atmosphere_enabled)
     composite.atmosphere = &atmosphere_.add(frame, constants_, {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
-                                                                .aerial_perspective = clouds_ != nullptr});
+                                                                .aerial_perspective = clouds_ != nullptr || constants.host_scene});
   if (clouds_) add_clouds(frame, constants, camera_world_m, composite);
   composite_.add(frame, composite, camera_world_m, hdr_, display_);
 }
@@ -79,7 +82,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters, tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
   c.layer.add(frame, {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
-                      atmosphere_.tables().sky_irradiance, c.tables});
+                      atmosphere_.tables().sky_irradiance, c.tables, *composite.host_distance});
   composite.cloud_color = &c.layer.color();
   composite.cloud_depth = &c.layer.depth();
   if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)

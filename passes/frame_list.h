@@ -19,8 +19,8 @@ class FramePasses {
               const shared::FrameConstants& constants);
   ~FramePasses();
 
-  // Appends all steps that this frame's scene needs.
-  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m);
+  // Appends all steps that this frame's scene needs. host: empty unless constants.host_scene.
+  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host);
 
   // Counts of the last frame, once it has run.
   void count(FrameStats& stats) const;
@@ -39,6 +39,7 @@ class FramePasses {
   AtmospherePass atmosphere_;
   CompositePass composite_;
   Image hdr_, display_;
+  Image no_host_;  // bound where there is no host's image, never read
   std::unique_ptr<Clouds> clouds_;
 };
 

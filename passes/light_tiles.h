@@ -1,7 +1,7 @@
 // Light-space tile lists ([Yusov14] 5.3 step 1): for every tile of a grid across the sun's rays, the particles that a
 // ray through it may meet, in order from the sun. Every generated particle is in, visible or not.
 //
-// Deviates from the paper: one 128^2 grid in logarithmic coordinates (shared/light.h) instead of 64^2 over a view
+// Deviates from the paper: one 192^2 grid in logarithmic coordinates (shared/light.h) instead of 64^2 over a view
 // volume, so that tiles match the particles from 100 m to 100 km; and lists are contiguous runs of one sorted array
 // instead of linked lists, which need ordered pixel access.
 //

@@ -40,6 +40,13 @@ struct RenderSettings {
 };
 inline constexpr std::uint32_t kMaxImageSide = 16384;
 
+// What a host has drawn and the clouds stand in front of or behind: full-size images of the renderer's device, in layout
+// GENERAL. Where it has drawn nothing the scene's own sky and ground show.
+struct HostScene {
+  const Image* radiance = nullptr;    // a float format: linear R G B, before haze and exposure
+  const Image* distance_m = nullptr;  // R32F: from the camera along the pixel's ray; +inf where nothing is drawn
+};
+
 struct FrameStats {
   std::uint32_t particles_generated = 0;
   std::uint32_t particles_visible = 0;
@@ -61,12 +68,12 @@ class Renderer {
   ~Renderer();
 
   // Renders one frame and waits for it. The camera is in world space; time moves the clouds with the wind.
-  void render(const CameraState& camera, double time_s);
+  void render(const CameraState& camera, double time_s, const HostScene& host = {});
 
   // The same for a host with its own command buffer (of a device lent through Device::adopt): records the frame, the
   // host submits it. Before the next frame is recorded the host must have waited for this one; then collect() reads
   // its times and counts. The images below are in layout GENERAL, made visible to everything that follows.
-  void record(const CameraState& camera, double time_s, VkCommandBuffer commands);
+  void record(const CameraState& camera, double time_s, VkCommandBuffer commands, const HostScene& host = {});
   void collect();
   const Image& hdr() const;          // RGBA32F, linear radiance before exposure
   const Image& display() const;      // RGBA8, tone-mapped sRGB

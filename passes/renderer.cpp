@@ -103,12 +103,21 @@ struct Renderer::Implementation {
         executor(device) {}
 
   // The steps of one frame.
-  FrameBuilder build(const CameraState& camera, double time_s) {
+  FrameBuilder build(const CameraState& camera, double time_s, const HostScene& host) {
+    check_host(host);
+    constants.host_scene = host.distance_m != nullptr;
     place_camera(camera, time_s);
     FrameBuilder frame(device);
-    passes.add(frame, constants, from_origin(scene, camera.position_m));
+    passes.add(frame, constants, from_origin(scene, camera.position_m), host);
     description = frame.describe();
     return frame;
+  }
+
+  void check_host(const HostScene& host) const {
+    NEPHELE_CHECK((host.radiance != nullptr) == (host.distance_m != nullptr), "a host's scene is radiance and distance");
+    for (const Image* image : {host.radiance, host.distance_m})
+      NEPHELE_CHECK(!image || (image->desc().width == settings.width && image->desc().height == settings.height), image->name(), ": ",
+                    image->desc().width, "x", image->desc().height, ", the image is ", settings.width, "x", settings.height);
   }
 
   void place_camera(const CameraState& camera, double time_s) {
@@ -142,20 +151,20 @@ Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables&
   return std::unique_ptr<Renderer>(new Renderer(std::make_unique<Implementation>(device, tables, scene, resolved)));
 }
 
-void Renderer::render(const CameraState& camera, double time_s) {
+void Renderer::render(const CameraState& camera, double time_s, const HostScene& host) {
   Implementation& r = *implementation_;
   const auto start = std::chrono::steady_clock::now();
-  const FrameBuilder frame = r.build(camera, time_s);
+  const FrameBuilder frame = r.build(camera, time_s, host);
   r.stats.cpu_ms = milliseconds_since(start);
   r.executor.run(frame);
   r.stats.frame_ms = milliseconds_since(start);
   collect();
 }
 
-void Renderer::record(const CameraState& camera, double time_s, VkCommandBuffer commands) {
+void Renderer::record(const CameraState& camera, double time_s, VkCommandBuffer commands, const HostScene& host) {
   Implementation& r = *implementation_;
   const auto start = std::chrono::steady_clock::now();
-  r.executor.record(r.build(camera, time_s), commands);
+  r.executor.record(r.build(camera, time_s, host), commands);
   r.stats.cpu_ms = milliseconds_since(start);
   r.stats.frame_ms = 0;  // the host's to measure
 }

@@ -105,7 +105,8 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                                 {7, begins_m_, Access::storage_read},
                                 {8, inputs.counters, Access::storage_read_write},
                                 {9, layer_color, Access::storage_write},
-                                {10, layer_depth, Access::storage_write}},
+                                {10, layer_depth, Access::storage_write},
+                                {11, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp}},
                    .push = as_push(glm::uvec2(shortest, longest)),
                    .groups = {columns_, rows_, 1}});
   };

@@ -31,6 +31,7 @@ class TiledBlend {
     const Buffer& counters;  // FrameCounters: visible_count and visible_groups are filled
     const GpuTables& tables;
     const Image& detail_noise;
+    const Image& layer_scene;  // metres to what stands behind, at the layer's size
   };
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 

@@ -15,6 +15,7 @@ layout(scalar, set = 0, binding = 1) readonly buffer DrawParticles { DrawParticl
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 layout(set = 0, binding = 3) uniform sampler3D multiple_table;
 layout(set = 0, binding = 4) uniform sampler3D detail_noise;
+layout(set = 0, binding = 8) uniform sampler2D layer_scene;  // metres to what stands behind
 layout(location = 0) flat in uint particle_index;
 
 #include "cloud_shade.glsl"
@@ -39,7 +40,7 @@ layout(location = 1) out float first_out;
 void main() {
   const vec3 direction = pixel_direction(gl_FragCoord.xy * float(frame.scale), frame.image_size_px);
   BlendSegment segment;
-  const bool visible = shade_particle(draw_particles[particle_index], direction, ground_distance_m(direction), segment);
+  const bool visible = shade_particle(draw_particles[particle_index], direction, texelFetch(layer_scene, ivec2(gl_FragCoord.xy), 0).x, segment);
 
 #if defined(BLEND_ATTACHMENT)
   if (!visible) discard;

@@ -25,6 +25,7 @@ layout(scalar, set = 0, binding = 7) readonly buffer Begins { float begins_m[]; 
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
+layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  // metres to what stands behind
 
 #include "cloud_shade.glsl"
 #include "draw_texels.glsl"
@@ -160,7 +161,7 @@ void main() {
         next_pixel += 64u / kPixelsPerThread;
         has_pixel = all(lessThan(pixel, frame.layer_size_px));
         direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
-        limit_m = ground_distance_m(direction);
+        limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
         walk = walk_begin(range);
       }
     }

@@ -12,16 +12,17 @@ layout(set = 0, binding = 1) uniform sampler2D layer_color;
 layout(set = 0, binding = 2) uniform sampler2D layer_depth;
 layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D full_color;
 layout(set = 0, binding = 4, r32f) writeonly uniform image2D full_depth;
+layout(set = 0, binding = 5) uniform sampler2D layer_scene;
+layout(set = 0, binding = 6) uniform sampler2D host_distance;
 
-#include "camera_rays.glsl"
+#include "scene_distance.glsl"
 
-// Logarithm of the distance to the scene behind a pixel; the sky counts as 10 000 km away.
-float behind(vec2 pixel_center) {
-  return log(min(ground_distance_m(pixel_direction(pixel_center, frame.image_size_px)), 1e7));
-}
+// Logarithm of a distance; the sky counts as 10 000 km away.
+float log_distance(float distance_m) { return log(clamp(distance_m, 0.01, 1e7)); }
 
-// Whether the scene changes abruptly within a few low-resolution pixels: near the horizon.
+// Whether the scene may change abruptly within a few low-resolution pixels: near the horizon, or anywhere in a host's.
 bool near_edge(vec2 pixel_center) {
+  if (frame.host_scene != 0u) return true;
   if (frame.ground_enabled == 0u) return false;
   const float h = max(frame.camera_grid_m.z, 0.0);
   const float horizon = -sqrt(h * (2.0 * kPlanetRadiusM + h)) / (kPlanetRadiusM + h);
@@ -38,7 +39,7 @@ void main() {
   const ivec2 corner = ivec2(floor(low));
   const vec2 f = low - vec2(corner);
   const bool edge = near_edge(center);
-  const float own = edge ? behind(center) : 0.0;
+  const float own = edge ? log_distance(scene_distance_m(center)) : 0.0;
 
   vec4 color = vec4(0.0);
   float weights = 0.0, depth_weights = 0.0, inverse_depth = 0.0;
@@ -47,7 +48,7 @@ void main() {
     const ivec2 at = clamp(corner + offset, ivec2(0), ivec2(frame.layer_size_px) - 1);
     const float bilinear = (offset.x == 1 ? f.x : 1.0 - f.x) * (offset.y == 1 ? f.y : 1.0 - f.y);
     float weight = bilinear + 1e-4;
-    if (edge) weight *= exp(-8.0 * min(abs(own - behind((vec2(at) + 0.5) * scale)), 4.0));
+    if (edge) weight *= exp(-8.0 * min(abs(own - log_distance(texelFetch(layer_scene, at, 0).x)), 4.0));
     const vec4 texel = texelFetch(layer_color, at, 0);
     const float first = texelFetch(layer_depth, at, 0).x;
     color += weight * texel;

@@ -24,10 +24,10 @@ layout(set = 0, binding = 7) uniform sampler2D view_transmittance;
 #ifdef CLOUDS
 layout(set = 0, binding = 8) uniform sampler2D cloud_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 9) uniform sampler2D cloud_depth;  // metres to the first matter, +inf without
+#endif
 #ifndef VACUUM
 layout(set = 0, binding = 10) uniform sampler3D aerial_light;
 layout(set = 0, binding = 11) uniform sampler3D aerial_transmittance;
-#endif
 #endif
 #ifdef SHADOW
 layout(set = 0, binding = 12) uniform sampler2D cloud_shadow_map;  // see light.glsl
@@ -35,13 +35,15 @@ layout(set = 0, binding = 12) uniform sampler2D cloud_shadow_map;  // see light.
 layout(set = 0, binding = 13) uniform sampler3D haze_shadow;
 #endif
 #endif
+layout(set = 0, binding = 14) uniform sampler2D host_distance;
+layout(set = 0, binding = 15) uniform sampler2D host_radiance;
 // The camera's place in the world's grid (FrameConstants has it in the clouds', which drift).
 layout(push_constant, scalar) uniform Push {
   ivec2 ground_origin_index;
   vec2 camera_ground_m;
 };
 
-#include "camera_rays.glsl"
+#include "scene_distance.glsl"
 
 // The sun's disc, per unit of its irradiance, before the air. Its edge is as soft as a pixel is wide, and a disc
 // smaller than a pixel is drawn as large as one: both keep its power.
@@ -141,17 +143,22 @@ vec3 sun_glare(vec3 direction, float altitude_m, float pixel_rad) {
 }
 #endif
 
-void main() {
-  uvec2 pixel = gl_GlobalInvocationID.xy;
-  if (pixel.x >= frame.image_size_px.x || pixel.y >= frame.image_size_px.y) return;
-  vec3 direction = pixel_direction(vec2(pixel) + 0.5, frame.image_size_px);
-  float pixel_rad = length(pixel_direction(vec2(pixel) + vec2(0.5, 1.5), frame.image_size_px) - direction);
-  float altitude_m = max(0.0, frame.camera_grid_m.z);
-  float horizon_mu = horizon_cosine(altitude_m);
+// Radiance through the air in front of it.
+vec3 through_air(vec3 radiance, float opacity, vec3 direction, float altitude_m, vec2 image_unit, float distance_m) {
+#ifdef VACUUM
+  return radiance;
+#else
+  AerialSample air = aerial_lookup(aerial_light, aerial_transmittance, direction, frame.sun_direction, altitude_m, distance_m);
+  vec3 haze = max(vec3(0.0), air.light - haze_shadow_at(image_unit, distance_m)) * frame.sun_irradiance;
+  return radiance * air.transmittance + haze * opacity;
+#endif
+}
 
+// Sky, sun and ground where the host has drawn nothing.
+vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2 image_unit) {
+  float horizon_mu = horizon_cosine(altitude_m);
   // Share of the pixel above the horizon, so that the horizon has no steps.
   float above = clamp(0.5 + (direction.z - horizon_mu) / pixel_rad, 0.0, 1.0);
-  vec2 image_unit = (vec2(pixel) + 0.5) / vec2(frame.image_size_px);
   vec3 sky_direction = direction;
   if (frame.ground_enabled == 0u && above < 1.0) {  // without a ground the horizon mirrors the sky
     above = 1.0;
@@ -164,20 +171,25 @@ void main() {
   vec3 background = vec3(0.0);
   if (above > 0.0) background += above * sky_radiance(sky_direction, altitude_m, horizon_mu, pixel_rad, image_unit);
   if (above < 1.0) background += (1.0 - above) * ground_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit);
-  vec3 radiance = background * frame.sun_irradiance;
+  return background * frame.sun_irradiance;
+}
 
+void main() {
+  uvec2 pixel = gl_GlobalInvocationID.xy;
+  if (pixel.x >= frame.image_size_px.x || pixel.y >= frame.image_size_px.y) return;
+  vec3 direction = pixel_direction(vec2(pixel) + 0.5, frame.image_size_px);
+  float pixel_rad = length(pixel_direction(vec2(pixel) + vec2(0.5, 1.5), frame.image_size_px) - direction);
+  float altitude_m = max(0.0, frame.camera_grid_m.z);
+  vec2 image_unit = (vec2(pixel) + 0.5) / vec2(frame.image_size_px);
+
+  float host_m = host_distance_m(ivec2(pixel));
+  vec3 radiance = host_m < kNoSceneM
+                      ? through_air(texelFetch(host_radiance, ivec2(pixel), 0).rgb, 1.0, direction, altitude_m, image_unit, host_m)
+                      : background_radiance(direction, altitude_m, pixel_rad, image_unit);
 #ifdef CLOUDS
   vec4 cloud = texelFetch(cloud_color, ivec2(pixel), 0);
   float cloud_m = texelFetch(cloud_depth, ivec2(pixel), 0).r;
-  if (!isinf(cloud_m)) {
-#ifdef VACUUM
-    radiance = radiance * cloud.a + cloud.rgb;
-#else
-    AerialSample air = aerial_lookup(aerial_light, aerial_transmittance, direction, frame.sun_direction, altitude_m, cloud_m);
-    vec3 haze = max(vec3(0.0), air.light - haze_shadow_at(image_unit, cloud_m)) * frame.sun_irradiance;
-    radiance = radiance * cloud.a + cloud.rgb * air.transmittance + haze * (1.0 - cloud.a);
-#endif
-  }
+  if (!isinf(cloud_m)) radiance = radiance * cloud.a + through_air(cloud.rgb, 1.0 - cloud.a, direction, altitude_m, image_unit, cloud_m);
 #endif
   imageStore(hdr, ivec2(pixel), vec4(radiance, 1.0));
 #ifndef VACUUM

@@ -45,6 +45,7 @@ struct FrameConstants {
   uint listed_particle_count;    // particles given by the scene file: the first ones of the particle buffer
   // Light space: light_from_render * p_render = (u, v) across and w towards the sun, metres (light.h)
   mat3 light_from_render;
+  uint host_scene;               // 1: a host has drawn what stands behind the clouds
   uint culling_enabled;          // 0: every particle counts as visible
   float crown_per_cell;          // crown particles of a level cloud top in one cell; about 2.5 at full quality
 };

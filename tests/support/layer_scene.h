@@ -77,8 +77,10 @@ inline std::vector<std::uint32_t> draw_order(const std::vector<shared::Particle>
   return order;
 }
 
+// scene_m: distance of a host's scene in every pixel, if there is one.
 inline Layer draw_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, Backend backend,
-                        BlendMode blend = BlendMode::volume, LayerSize size = {}, int runs = 1) {
+                        BlendMode blend = BlendMode::volume, LayerSize size = {}, int runs = 1,
+                        const std::vector<float>* scene_m = nullptr) {
   Device& device = test_device();
   const GpuTables tables(device, blank_tables());
   const std::uint32_t count = static_cast<std::uint32_t>(particles.size());
@@ -88,7 +90,11 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
       order(device, "order", VkDeviceSize{room} * 4), lights(device, "lights", VkDeviceSize{room} * sizeof(shared::ParticleLight)),
       counters(device, "counters", sizeof(shared::FrameCounters));
   Image sky(device, "sky", {VK_FORMAT_R32G32B32A32_SFLOAT, 1, 1});
-  constants.write_vector(std::vector{layer_constants(camera, size)});
+  shared::FrameConstants values = layer_constants(camera, size);
+  values.host_scene = scene_m != nullptr;
+  constants.write_vector(std::vector{values});
+  Image host(device, "host", {VK_FORMAT_R32_SFLOAT, scene_m ? size.width : 1, scene_m ? size.height : 1});
+  if (scene_m) host.write(std::as_bytes(std::span(*scene_m)));
   if (count > 0) {
     std::vector<std::uint32_t> slots(count);
     std::iota(slots.begin(), slots.end(), 0u);
@@ -108,7 +114,7 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
   for (int run = 0; run < runs; ++run) {
     counters.write_vector(std::vector{counts});
     FrameBuilder frame(device);
-    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, tables});
+    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, tables, host});
     executor.run(frame);
     double ms = 0;
     for (const PassTime& pass : executor.pass_times())
@@ -129,11 +135,15 @@ inline glm::dvec3 pixel_ray(const CameraState& camera, LayerSize size, std::uint
   return glm::normalize(glm::dvec3(glm::dmat4(matrices.render_from_clip) * ndc));
 }
 
-inline Layer oracle_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, LayerSize size = {}) {
+inline Layer oracle_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, LayerSize size = {},
+                          const std::vector<float>* scene_m = nullptr) {
   Layer truth;
   for (std::uint32_t y = 0; y < size.height; ++y)
     for (std::uint32_t x = 0; x < size.width; ++x) {
-      const OracleRay ray = integrate(chords(particles, pixel_ray(camera, size, x, y)));
+      std::vector<OracleSegment> segments = chords(particles, pixel_ray(camera, size, x, y));
+      if (scene_m)
+        for (OracleSegment& segment : segments) segment.far_m = std::min(segment.far_m, double((*scene_m)[y * size.width + x]));
+      const OracleRay ray = integrate(segments);
       truth.color.push_back(glm::vec4(ray.color));
       truth.depth.push_back(static_cast<float>(ray.first_m));
     }

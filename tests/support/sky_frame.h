@@ -78,7 +78,8 @@ class SkyFrame {
     const Image hdr(device_, "hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, width, height});
     const Image display(device_, "display", {VK_FORMAT_R8G8B8A8_UNORM, width, height});
     Image color, depth;
-    CompositeInputs inputs{.frame_constants = &buffer, .cloud_shadow = shadow};
+    const Image no_host(device_, "no_host", {VK_FORMAT_R32_SFLOAT});
+    CompositeInputs inputs{.frame_constants = &buffer, .host_distance = &no_host, .host_radiance = &no_host, .cloud_shadow = shadow};
     if (clouds) {
       color = Image(device_, "cloud_color", {VK_FORMAT_R32G32B32A32_SFLOAT, width, height});
       depth = Image(device_, "cloud_depth", {VK_FORMAT_R32_SFLOAT, width, height});
