@@ -1,10 +1,10 @@
 # nephele_lut_hash(target): defines NEPHELE_LUT_HASH for the sources of `target`: a hash of everything that decides what a
 # baked table contains. Cached tables carry it, so that a changed bake never meets an old file.
 function(nephele_lut_hash target)
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/lut/*.cpp ${CMAKE_SOURCE_DIR}/lut/*.h)
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lut/*.cpp ${PROJECT_SOURCE_DIR}/lut/*.h)
   list(FILTER sources EXCLUDE REGEX "/(gpu_)?tables\\.|/npy\\.|/(chord_maps|oracles|verification)\\.")
   foreach(header hash noise phase ellipsoid prelude reference_particle scattering table_axes)
-    list(APPEND sources ${CMAKE_SOURCE_DIR}/shaders/shared/${header}.h)
+    list(APPEND sources ${PROJECT_SOURCE_DIR}/shaders/shared/${header}.h)
   endforeach()
   list(SORT sources)
   set(digests "")

@@ -3,7 +3,7 @@
 # the generated header `embedded_shaders.h`. A line `// variants: NAME=DEFINE[,DEFINE] ...` in the source adds
 # one embedded module per NAME, compiled with -DDEFINE (`nephele::shaders::shade_frag_NAME`).
 function(nephele_embed_shaders target)
-  set(out_dir ${CMAKE_BINARY_DIR}/generated/shaders)
+  set(out_dir ${PROJECT_BINARY_DIR}/generated/shaders)
   file(MAKE_DIRECTORY ${out_dir})
   set(sources)
   set(declarations "")
@@ -30,7 +30,7 @@ function(nephele_embed_shaders target)
       set(header ${out_dir}/${module}.spv.h)
       set(source ${out_dir}/${module}.cpp)
       add_custom_command(OUTPUT ${header}
-        COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.3 -I${CMAKE_SOURCE_DIR}/shaders ${defines}
+        COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.3 -I${PROJECT_SOURCE_DIR}/shaders ${defines}
                 --depfile ${header}.d --vn code -o ${header} ${file}
         DEPENDS ${file} DEPFILE ${header}.d VERBATIM COMMENT "glslang ${module}")
       file(CONFIGURE OUTPUT ${source} CONTENT
@@ -64,5 +64,5 @@ namespace nephele::shaders {
 @declarations@}
 " @ONLY)
   add_library(${target} STATIC ${sources})
-  target_include_directories(${target} PUBLIC ${out_dir})
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${out_dir}> $<INSTALL_INTERFACE:include/nephele>)
 endfunction()

@@ -1,0 +1,7 @@
+include(CMakeFindDependencyMacro)
+find_dependency(Vulkan)
+find_dependency(Threads)
+find_dependency(glm)
+find_dependency(PkgConfig)
+pkg_check_modules(OpenEXR REQUIRED IMPORTED_TARGET OpenEXR)
+include(${CMAKE_CURRENT_LIST_DIR}/nepheleTargets.cmake)
