@@ -1,11 +1,11 @@
 #include "tools/render_stats.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "engine/check.h"
+#include "engine/statistics.h"
 
 namespace nephele::tools {
 namespace {
@@ -31,14 +31,6 @@ ordered_json worst_overflow(const std::vector<FrameStats>& frames) {
 }
 
 }  // namespace
-
-Percentiles percentiles(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  const std::size_t count = values.size();
-  const auto rank95 = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(count)));
-  return {.median = 0.5 * (values[(count - 1) / 2] + values[count / 2]), .p95 = values[rank95 - 1], .min = values[0]};
-}
 
 const char* quality_name(Quality quality) {
   switch (quality) {

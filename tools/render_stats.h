@@ -9,12 +9,6 @@
 
 namespace nephele::tools {
 
-struct Percentiles {
-  double median = 0, p95 = 0, min = 0;
-};
-// Nearest-rank percentiles (the median of an even count is the mean of the middle two); zeros for no values.
-Percentiles percentiles(std::vector<double> values);
-
 const char* quality_name(Quality quality);
 Quality quality_named(const std::string& name);  // medium for any other name: options are checked before
 
