@@ -164,14 +164,22 @@ void JsonObject::boolean(const char* key, bool& value) {
     complain(*found, path_of(key), "true or false");
 }
 
-void JsonObject::integer(const char* key, std::uint32_t& value) {
+void JsonObject::integer(const char* key, std::uint32_t& value, std::uint32_t minimum, std::uint32_t maximum) {
   const json* found = take(key);
   if (!found) return;
-  constexpr std::uint32_t kMaximum = std::numeric_limits<std::uint32_t>::max();
-  if (found->is_number_unsigned() && found->get<std::uint64_t>() <= kMaximum)
+  if (found->is_number_unsigned() && found->get<std::uint64_t>() >= minimum && found->get<std::uint64_t>() <= maximum)
     value = found->get<std::uint32_t>();
   else
-    complain(*found, path_of(key), "a whole number from 0 to " + std::to_string(kMaximum));
+    complain(*found, path_of(key), "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
+}
+
+void JsonObject::string(const char* key, std::string& value) {
+  const json* found = take(key);
+  if (!found) return;
+  if (found->is_string() && !found->get_ref<const std::string&>().empty())
+    value = found->get<std::string>();
+  else
+    complain(*found, path_of(key), "a text that is not empty");
 }
 
 void JsonObject::finish() {

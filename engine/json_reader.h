@@ -75,7 +75,10 @@ class JsonObject {
                   accepted.begin()[accepted.size() == 1 ? 0 : i], 1.0);
   }
   void boolean(const char* key, bool& value);
-  void integer(const char* key, std::uint32_t& value);
+  void integer(const char* key, std::uint32_t& value, std::uint32_t minimum = 0,
+               std::uint32_t maximum = std::numeric_limits<std::uint32_t>::max());
+  // Not empty.
+  void string(const char* key, std::string& value);
   template <class Enum>
   void choice(const char* key, Enum& value, std::initializer_list<std::pair<const char*, Enum>> names) {
     const nlohmann::json* found = take(key);
@@ -103,6 +106,8 @@ class JsonObject {
     for (std::size_t i = 0; i < found->size(); ++i)
       read_object((*found)[i], path_of(key) + '[' + std::to_string(i) + ']', read);
   }
+  // The value as it stands, to be read by the caller; null when absent.
+  const nlohmann::json* value(const char* key) { return take(key); }
   // Unknown keys are errors. Call once, after everything has been read.
   void finish();
 

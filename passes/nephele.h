@@ -37,8 +37,12 @@ struct RenderSettings {
   Backend backend = Backend::automatic;
   BlendMode blend = BlendMode::volume;       // exact needs the tiled backend
   bool culling = true;                       // off: particles out of view are lit and sorted too, which changes no pixel
+  std::uint32_t ring_size_cells = 0;         // cells along a ring's side; 0: the quality's
+  std::uint32_t layer_count = 0;             // particles stacked in a cell, base included; 0: the quality's
 };
 inline constexpr std::uint32_t kMaxImageSide = 16384;
+inline constexpr std::uint32_t kMinRingSizeCells = 40, kMaxRingSizeCells = 256;  // a multiple of 8
+inline constexpr std::uint32_t kMaxLayers = 15;
 
 // What a host has drawn and the clouds stand in front of or behind: full-size images of the renderer's device, in layout
 // GENERAL. Where it has drawn nothing the scene's own sky and ground show.
@@ -62,7 +66,8 @@ struct FrameStats {
 
 class Renderer {
  public:
-  // Fails with one clear line when the device lacks the backend or the settings are out of range.
+  // One clear line when the device lacks the backend or the settings are out of range; create fails with it.
+  static Result<void> check(const Device& device, const RenderSettings& settings);
   static Result<std::unique_ptr<Renderer>> create(Device& device, const Tables& tables, const Scene& scene,
                                                   const RenderSettings& settings);
   ~Renderer();

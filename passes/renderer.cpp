@@ -72,23 +72,11 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.extinction_per_m = clouds.extinction_per_m;
   c.view_distance_m = clouds.view_distance_m;
   c.ring_count = kRingCount;
-  c.ring_size_cells = preset(settings.quality).ring_size_cells;
-  c.layer_count = preset(settings.quality).layer_count;
+  c.ring_size_cells = settings.ring_size_cells > 0 ? settings.ring_size_cells : preset(settings.quality).ring_size_cells;
+  c.layer_count = settings.layer_count > 0 ? settings.layer_count : preset(settings.quality).layer_count;
   c.crown_per_cell = preset(settings.quality).crown_per_cell;
   c.inner_cell_m = shared::usable_inner_cell_m(kInnerCellM);
   return c;
-}
-
-Result<void> check_settings(const Device& device, const RenderSettings& settings) {
-  if (settings.width < 1 || settings.height < 1 || settings.width > kMaxImageSide || settings.height > kMaxImageSide)
-    return Error{concat("image size is ", settings.width, "x", settings.height, "; accepted: 1 to ", kMaxImageSide, " a side")};
-  if (settings.scale != 1 && settings.scale != 2 && settings.scale != 4)
-    return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
-  if (!backend_available(device.info(), settings.backend))
-    return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name, "; see nephele devices")};
-  if (settings.blend == BlendMode::exact && resolve_backend(device.info(), settings.backend) != Backend::tiled)
-    return Error{concat("blend exact needs the backend tiled; the backend is ", backend_name(resolve_backend(device.info(), settings.backend)))};
-  return {};
 }
 
 }  // namespace
@@ -144,8 +132,25 @@ struct Renderer::Implementation {
 Renderer::Renderer(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
 Renderer::~Renderer() = default;
 
+Result<void> Renderer::check(const Device& device, const RenderSettings& settings) {
+  if (settings.width < 1 || settings.height < 1 || settings.width > kMaxImageSide || settings.height > kMaxImageSide)
+    return Error{concat("image size is ", settings.width, "x", settings.height, "; accepted: 1 to ", kMaxImageSide, " a side")};
+  if (settings.scale != 1 && settings.scale != 2 && settings.scale != 4)
+    return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
+  if (!backend_available(device.info(), settings.backend))
+    return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name, "; see nephele devices")};
+  if (settings.blend == BlendMode::exact && resolve_backend(device.info(), settings.backend) != Backend::tiled)
+    return Error{concat("blend exact needs the backend tiled; the backend is ", backend_name(resolve_backend(device.info(), settings.backend)))};
+  const std::uint32_t ring = settings.ring_size_cells;
+  if (ring != 0 && (ring < kMinRingSizeCells || ring > kMaxRingSizeCells || ring % 8 != 0))
+    return Error{concat("ring size is ", ring, " cells; accepted: a multiple of 8 from ", kMinRingSizeCells, " to ", kMaxRingSizeCells)};
+  if (settings.layer_count > kMaxLayers)
+    return Error{concat("layer count is ", settings.layer_count, "; accepted: 1 to ", kMaxLayers)};
+  return {};
+}
+
 Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings) {
-  if (auto ok = check_settings(device, settings); !ok) return ok.error();
+  if (auto ok = check(device, settings); !ok) return ok.error();
   RenderSettings resolved = settings;
   resolved.backend = resolve_backend(device.info(), settings.backend);
   return std::unique_ptr<Renderer>(new Renderer(std::make_unique<Implementation>(device, tables, scene, resolved)));

@@ -19,6 +19,7 @@ Command add_bake_command(CLI::App& program);
 Command add_probe_command(CLI::App& program);
 Command add_reference_command(CLI::App& program);
 Command add_compare_command(CLI::App& program);
+Command add_sweep_command(CLI::App& program);
 Command add_devices_command(CLI::App& program);
 
 }  // namespace nephele::tools

@@ -32,6 +32,7 @@ int run(int argc, char** argv) {
       nephele::tools::add_probe_command(program),
       nephele::tools::add_reference_command(program),
       nephele::tools::add_compare_command(program),
+      nephele::tools::add_sweep_command(program),
       nephele::tools::add_devices_command(program),
   };
   try {

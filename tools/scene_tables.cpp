@@ -13,8 +13,7 @@ const char* phase_name(std::uint32_t phase_function) {
 
 }  // namespace
 
-TableParameters table_parameters(const Scene& scene) {
-  TableParameters parameters;
+TableParameters with_phase(TableParameters parameters, const Scene& scene) {
   parameters.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks
                                                                                      : shared::kPhaseHenyeyGreenstein;
   parameters.g_single = scene.phase.g;
@@ -23,7 +22,7 @@ TableParameters table_parameters(const Scene& scene) {
 }
 
 Result<Tables> tables_for_scene(const Scene& scene, const std::string& directory, bool quiet) {
-  const TableParameters wanted = table_parameters(scene);
+  const TableParameters wanted = with_phase({}, scene);
   if (directory.empty()) {
     Progress progress(quiet);
     return load_or_bake(wanted, default_cache_dir(),

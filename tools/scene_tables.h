@@ -10,7 +10,7 @@
 namespace nephele::tools {
 
 // Every order of scattering has the scene's phase function: that is what the path-traced truth has, too.
-TableParameters table_parameters(const Scene& scene);
+TableParameters with_phase(TableParameters parameters, const Scene& scene);
 
 // From the directory, where everything must be in order and made for the scene's phase function; without one from the
 // cache, or baked into it with a progress bar.
