@@ -18,11 +18,12 @@ namespace {
 
 constexpr int kBlockCells = 8;
 constexpr double kMaxCells = 4e6;
-constexpr float kCellsPerRadius = 6.0f;   // of the middle particle; finer cells bound no better than they cost
+constexpr float kCellsPerRadius = 4.0f;   // of the middle particle; finer cells bound no better than they cost
 constexpr float kThinAboveBaseM = 50.0f;  // as cloud_shade.glsl thins it
 constexpr float kSliver = 1e-4f;          // of a cell: how far past its border the next one is looked up
 constexpr float kRouletteBelow = 0.05f;   // transmittances below are kept at it, or dropped
 constexpr float kMatterSteps = 16.0f;     // a cell, in search of the first matter
+constexpr float kFarAboveM = 1e30f;       // an altitude above every base
 constexpr float kGuessShare = 0.8f;       // of the mean depth: some rays find gaps
 
 float base_cut(float above_base_m) {
@@ -85,6 +86,7 @@ void ExtinctionField::make_grid() {
     first_.assign(2, 0);
     bounds_per_m_.assign(1, 0.0f);
     block_filled_.assign(1, 0);
+    cut_.assign(1, 0);
     return;
   }
   low_m_ = vec3(kNever);
@@ -112,6 +114,7 @@ void ExtinctionField::fill_cells() {
   std::vector<Entry> entries;
   bounds_per_m_.assign(static_cast<std::size_t>(size_.x) * size_.y * size_.z, 0.0f);
   block_filled_.assign(static_cast<std::size_t>(blocks_.x) * blocks_.y * blocks_.z, 0);
+  cut_.assign(bounds_per_m_.size(), 0);
   const float half_m = 0.5f * cell_m_ * (1 + 2 * kSliver);  // a ray may be a sliver outside the cell it is looked up in
   for (std::size_t i = 0; i < particles_.size(); ++i) {
     const Packed& p = particles_[i];
@@ -136,6 +139,10 @@ void ExtinctionField::fill_cells() {
                             p.base_m);
           if (!(bound > 0.0f)) continue;
           const std::size_t cell = index({x, y, z});
+          const vec3 nearest = glm::max(glm::abs(center_m) - half_m, 0.0f);
+          if (shared::altitude_m({nearest.x, nearest.y, center_m.z - half_m}, camera_altitude_m_) <
+              p.base_m + kThinAboveBaseM)
+            cut_[cell] = 1;
           bounds_per_m_[cell] += bound * p.extinction_per_m * (1 + 1e-5f);  // rounding
           block_filled_[block_index({x, y, z})] = 1;
           entries.push_back({static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(i)});
@@ -165,10 +172,11 @@ float ExtinctionField::particle_extinction(const Packed& particle, const vec3& p
   return particle.extinction_per_m * density * base_cut(altitude_m - particle.base_m);
 }
 
-float ExtinctionField::extinction_in_cell(std::size_t cell, const vec3& p_m) const {
-  const float altitude_m = shared::altitude_m(p_m, camera_altitude_m_);
+// Up to where the sum passes `enough`.
+float ExtinctionField::extinction_in_cell(std::size_t cell, const vec3& p_m, float enough) const {
+  const float altitude_m = cut_[cell] != 0 ? shared::altitude_m(p_m, camera_altitude_m_) : kFarAboveM;
   float sum = 0.0f;
-  for (std::uint32_t i = first_[cell]; i < first_[cell + 1]; ++i)
+  for (std::uint32_t i = first_[cell]; i < first_[cell + 1] && sum <= enough; ++i)
     sum += particle_extinction(particles_[list_[i]], p_m, altitude_m);
   return sum;
 }
@@ -228,7 +236,8 @@ float ExtinctionField::collide(const vec3& origin_m, const vec3& direction, floa
         depth = (at_m - far_m) * bound;
         return false;
       }
-      if (random() * bound < extinction_in_cell(cell, origin_m + at_m * direction)) {
+      const float chosen = random() * bound;
+      if (chosen < extinction_in_cell(cell, origin_m + at_m * direction, chosen)) {
         found_m = at_m;
         return true;
       }

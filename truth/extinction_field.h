@@ -63,7 +63,7 @@ class ExtinctionField {
   void fill_cells();
   void guess_sun(const glm::vec3& sun_direction);
   float particle_extinction(const Packed& particle, const glm::vec3& p_m, float altitude_m) const;
-  float extinction_in_cell(std::size_t cell, const glm::vec3& p_m) const;
+  float extinction_in_cell(std::size_t cell, const glm::vec3& p_m, float enough = kNever) const;
   glm::ivec3 cell_at(const glm::vec3& p_m) const;
   std::size_t index(const glm::ivec3& cell) const {
     return (static_cast<std::size_t>(cell.z) * size_.y + cell.y) * size_.x + cell.x;
@@ -84,6 +84,7 @@ class ExtinctionField {
   std::vector<std::uint32_t> first_;        // of a cell in list_, one more than cells
   std::vector<std::uint32_t> list_;         // indices of particles_
   std::vector<float> bounds_per_m_;         // no less than the extinction anywhere in the cell
+  std::vector<std::uint8_t> cut_;           // does the cell reach down to where some particle's base is cut or thinned
   std::vector<std::uint8_t> block_filled_;  // blocks of 8^3 cells: is there any matter
   std::vector<float> sun_guess_;
 };

@@ -15,14 +15,44 @@ constexpr float kNever = ExtinctionField::kNever;
 // proportion. A sphere's mean phase function is 0.08.
 constexpr float kFullEffort = 0.03f;
 constexpr float kLeastGuess = 0.01f;  // of the transmittance: the guess may be wrong, and then weights must stay small
+constexpr float kFullGuess = 0.3f;    // from here on the sunward way is always tried
 
 }  // namespace
 
 struct PathTracer::Path {
   vec3 p_m, direction;
   vec3 weight{1.0f}, light{0.0f};
+  float share = 1.0f;        // of the sun's light at the next collision that is this path's to count, see look_sunward
   bool from_ground = false;  // the last event
 };
+
+// Sunlight at p per unit of phase function, in the mean over `effort` of all calls.
+vec3 PathTracer::sunlight(const vec3& p_m, float effort, Random& random) const {
+  if (random() >= effort) return vec3(0.0f);
+  const float left = field_.transmittance(p_m, surroundings_.sun_direction(), kNever, random);
+  return left > 0.0f ? surroundings_.sun_irradiance(p_m) * (left / effort) : vec3(0.0f);
+}
+
+// A phase function with a peak makes the last scattering but one a poor guide to the last: few paths turn into the peak
+// about the sun, and those few are bright. So light that scatters here and once more is looked for twice: by the path
+// itself, and by a direction chosen from the peak about the sun; each counts the share that its density has in the sum
+// of both (the balance heuristic, Veach 1997). This is the second way.
+vec3 PathTracer::look_sunward(const Path& path, Random& random) const {
+  const float effort = std::min(1.0f, std::max(field_.sun_guess(path.p_m), kLeastGuess) / kFullGuess);
+  if (random() >= effort) return vec3(0.0f);
+  const vec3 direction = phase_.scatter(surroundings_.sun_direction(), random);
+  const float here = phase_(glm::dot(path.direction, direction));
+  const float there = phase_(glm::dot(direction, surroundings_.sun_direction()));
+  const float collision_m = field_.collide(path.p_m, direction, surroundings_.ground_m(path.p_m, direction), random);
+  if (collision_m == kNever) return vec3(0.0f);
+  const vec3 p_m = path.p_m + collision_m * direction;
+  const float both = here * there / (here + there) * (field_.emits() ? 1 - field_.emission(p_m).share : 1.0f);
+  return sunlight(p_m, sun_effort(both, p_m), random) * (both / effort);
+}
+
+float PathTracer::sun_effort(float phase, const vec3& p_m) const {
+  return std::min(1.0f, phase * std::max(field_.sun_guess(p_m), kLeastGuess) / kFullEffort);
+}
 
 // False where the path ends: in a particle that emits and does not scatter.
 bool PathTracer::scatter_in_cloud(Path& path, Random& random) const {
@@ -33,15 +63,15 @@ bool PathTracer::scatter_in_cloud(Path& path, Random& random) const {
       return false;
     }
   }
+  const vec3 direction = phase_.scatter(path.direction, random);
   if (surroundings_.sun_shines()) {
-    const vec3& sun = surroundings_.sun_direction();
-    const float phase = phase_(glm::dot(path.direction, sun));
-    const float effort = std::min(1.0f, phase * std::max(field_.sun_guess(path.p_m), kLeastGuess) / kFullEffort);
-    if (random() < effort)
-      path.light += path.weight * surroundings_.sun_irradiance(path.p_m) *
-                    (phase / effort * field_.transmittance(path.p_m, sun, kNever, random));
+    const float phase = path.share * phase_(glm::dot(path.direction, surroundings_.sun_direction()));
+    path.light += path.weight * phase * sunlight(path.p_m, sun_effort(phase, path.p_m), random);
+    path.light += path.weight * look_sunward(path, random);
+    const float here = phase_(glm::dot(path.direction, direction));
+    path.share = here / (here + phase_(glm::dot(direction, surroundings_.sun_direction())));
   }
-  path.direction = phase_.scatter(path.direction, random);
+  path.direction = direction;
   path.from_ground = false;
   return true;
 }
@@ -53,6 +83,7 @@ void PathTracer::reflect_from_ground(Path& path, const vec3& albedo, Random& ran
                   (cosine * std::numbers::inv_pi_v<float> * field_.transmittance(path.p_m, sun, kNever, random));
   path.weight *= albedo;
   path.direction = diffuse_direction(normal, random);
+  path.share = 1.0f;
   path.from_ground = true;
 }
 

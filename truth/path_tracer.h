@@ -1,8 +1,9 @@
 // Radiance along a ray by path tracing through clouds and surroundings: every order of scattering, albedo 1, no bias.
 //
 // A path goes backwards from the eye. At every collision the sun is looked for (next-event estimation with ratio
-// tracking), then the path scatters by the phase function, until it leaves for the sky; the ground reflects diffusely.
-// Nothing is cut off: only Russian roulette ends paths early, at the ground and where the sun's light is faint.
+// tracking), at once and past one more scattering in the peak about the sun; then the path scatters by the phase
+// function, until it leaves for the sky; the ground reflects diffusely. Nothing is cut off: only Russian roulette ends
+// paths early, at the ground and where the sun's light is faint.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -39,6 +40,9 @@ class PathTracer {
   glm::vec3 from_ground(const glm::vec3& p_m, const glm::vec3& albedo, Random& random) const;
   glm::vec3 follow(Path path, Random& random) const;
   bool scatter_in_cloud(Path& path, Random& random) const;
+  glm::vec3 look_sunward(const Path& path, Random& random) const;
+  glm::vec3 sunlight(const glm::vec3& p_m, float effort, Random& random) const;
+  float sun_effort(float phase, const glm::vec3& p_m) const;  // how often to look: always where it is bright
   void reflect_from_ground(Path& path, const glm::vec3& albedo, Random& random) const;
 
   const ExtinctionField& field_;
