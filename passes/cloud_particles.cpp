@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "shared/cloud_features.h"
+#include "shared/cloud_particles.h"
 #include "shared/listed_particles.h"
 
 namespace nephele {
@@ -76,7 +76,7 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       feature_count_(constants.clouds_enabled ? shared::feature_count(constants) : 0),
       scan_(device, std::max(cell_count_, capacity_) + 1),
       features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
-      cell_parts_(device, "cell_parts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
+      cell_clouds_(device, "cell_clouds", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
       cell_first_(device, "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
       distance_counts_(device, "distance_counts", VkDeviceSize{shared::kDistanceBins} * sizeof(std::uint32_t)),
       particle_cell_(device, "particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
@@ -117,7 +117,7 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
                  .kernel = &cells_,
                  .bindings = {{0, buffer, Access::uniform},
                               {1, features_, Access::storage_read},
-                              {2, cell_parts_, Access::storage_write},
+                              {2, cell_clouds_, Access::storage_write},
                               {3, cell_first_, Access::storage_write},
                               {4, counters_, Access::storage_read_write},
                               {5, distance_counts_, Access::storage_read_write}},
@@ -148,7 +148,7 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
                  .kernel = &particles_kernel_,
                  .bindings = {{0, buffer, Access::uniform},
                               {1, features_, Access::storage_read},
-                              {2, cell_parts_, Access::storage_read},
+                              {2, cell_clouds_, Access::storage_read},
                               {3, cell_first_, Access::storage_read},
                               {4, particle_cell_, Access::storage_read},
                               {5, counters_, Access::storage_read},

@@ -2,7 +2,7 @@
 // after those that the scene lists; and the list of the ones the camera can see.
 //
 // reads -> writes: frame constants -> particles, visible list; in counters all but tile_pair_*, screen_pair_* and pairs_shaded
-// cost: cells of all rings (looked up once each) and the particles of the occupied ones, three field evaluations each.
+// cost: cells of all rings (four field evaluations each) and the particles of the occupied ones, one evaluation of the base each.
 //
 // The order is fixed: listed particles, then ring by ring, row by row. Nothing depends on earlier frames.
 #pragma once
@@ -55,7 +55,7 @@ class CloudParticles {
   ComputeKernel features_kernel_, cells_, fit_, thin_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
   std::uint32_t listed_count_, capacity_, cell_count_, feature_count_;
   PrefixSum scan_;
-  Buffer features_, cell_parts_, cell_first_, distance_counts_, particle_cell_, listed_, particles_, places_, visible_, counters_;
+  Buffer features_, cell_clouds_, cell_first_, distance_counts_, particle_cell_, listed_, particles_, places_, visible_, counters_;
 };
 
 }  // namespace nephele

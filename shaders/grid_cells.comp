@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 #include "cloud_features.glsl"
 #include "shared/cloud_particles.h"
-layout(scalar, set = 0, binding = 2) writeonly buffer CellParts_ { uint cell_parts_bits[]; };
+layout(scalar, set = 0, binding = 2) writeonly buffer CellClouds { PackedCellCloud cell_clouds[]; };
 layout(scalar, set = 0, binding = 3) writeonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, set = 0, binding = 4) buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 5) buffer DistanceCounts { uint distance_counts[kDistanceBins]; };  // particles
@@ -23,10 +23,10 @@ void main() {
   if (i < cells) {
     const GridCell cell = grid_cell(frame, i);
     if (cell_weight(frame, cell) > 0.0) {
-      const CellParts parts = cell_parts(frame, cloud_params(frame), cell);
-      count = particle_count(parts);
+      const CellCloud cloud = cell_cloud(frame, cloud_params(frame), cell);
+      count = particle_count(cloud.parts);
       if (count > 0u) {
-        cell_parts_bits[i] = pack_parts(parts);
+        cell_clouds[i] = pack_cell(cloud, cell, frame.thickness_m);
         atomicAdd(counters.cell_count, 1u);
         atomicAdd(distance_counts[distance_bin(frame, cell)], count);
       }

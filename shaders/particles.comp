@@ -10,7 +10,7 @@ layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 #include "cloud_features.glsl"
 #include "shared/cloud_particles.h"
 #include "shared/ellipsoid.h"
-layout(scalar, set = 0, binding = 2) readonly buffer CellParts_ { uint cell_parts_bits[]; };
+layout(scalar, set = 0, binding = 2) readonly buffer CellClouds { PackedCellCloud cell_clouds[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, set = 0, binding = 4) readonly buffer ParticleCell { uint particle_cell[]; };
 layout(scalar, set = 0, binding = 5) readonly buffer Counters { FrameCounters counters; };
@@ -21,8 +21,8 @@ void main() {
   if (i < frame.listed_particle_count || i >= counters.particle_count) return;
   const uint cell_index = particle_cell[i];
   const GridCell cell = grid_cell(frame, cell_index);
-  const CellParts parts = unpack_parts(cell_parts_bits[cell_index]);
+  const CellCloud cloud = unpack_cell(cell_clouds[cell_index], cell, frame.thickness_m);
   const uint slot = i - frame.listed_particle_count - cell_first[cell_index];
-  const CloudParticle made = cell_particle(frame, cloud_params(frame), cell, parts, slot);
+  const CloudParticle made = cell_particle(frame, cloud_params(frame), cell, cloud, slot);
   particles[i] = render_particle(frame, cell, made);
 }

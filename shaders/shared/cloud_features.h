@@ -163,8 +163,8 @@ struct FeatureWindow {
 };
 
 NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
-  // Particles stand within 0.6 cells of their cell's centre, slopes look 40 m further, the warp moves by kWarpM.
-  float reach = cloud_reach_m(frame) + 0.6f * ring_cell_m(frame, frame.ring_count - 1u) + 40.0f + 1.5f * kWarpM;
+  // The field is looked at inside cells whose centre is within reach; the warp moves by kWarpM.
+  float reach = cloud_reach_m(frame) + 0.5f * ring_cell_m(frame, frame.ring_count - 1u) + 1.5f * kWarpM;
   FeatureWindow window;
   window.corner = ivec2(0);
   window.side = 0;

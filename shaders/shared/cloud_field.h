@@ -15,6 +15,8 @@
 
 NEPHELE_SHARED_BEGIN
 
+NEPHELE_CONST(float, kLargestRadiusM, 0.75f * kOriginUnitM / float(kFeatureCells0));
+
 struct CloudSample {
   float d;              // 0 at the edge .. 1 in the core; 0 outside
   float edge_m;         // distance to the edge
@@ -69,7 +71,7 @@ NEPHELE_FN CloudSample cloud_sample(CloudParams params, vec2 p_m) {
   float lobes = 0.45f * world_fbm(params, p_m, kLobeCells, kSeedLobes, 3) * (1.15f - nearest) - 0.08f;
   result.d = clamp(nearest + lobes, 0.0f, 1.0f);
   result.edge_m = result.d * radius;
-  result.size = saturate(radius / (0.75f * lattice_cell_m(kFeatureCells0)));
+  result.size = saturate(radius / kLargestRadiusM);
   result.vigour = vigour / weights;
   return result;
 }
@@ -107,7 +109,9 @@ NEPHELE_FN float cloud_height_m(CloudParams params, vec2 p_m, CloudSample s) {
   float rim = 1.0f - s.d;
   float profile = pow(max(0.0f, 1.0f - rim * rim), 0.75f);
   float growth = mix(0.22f, 1.0f, pow(s.size, 0.9f)) * mix(0.65f, 1.25f, s.vigour);
-  return params.thickness_m * min(1.0f, growth * profile * (0.1f + 0.95f * relief));
+  // A fragment is hardly taller than it is wide.
+  float tallest_m = min(params.thickness_m * growth, 100.0f + 2.0f * kLargestRadiusM * s.size);
+  return min(params.thickness_m, tallest_m * profile * (0.1f + 0.95f * relief));
 }
 
 // Altitude of the flat base.

@@ -47,16 +47,16 @@ void compare(const FrameConstants& constants) {
   for (std::uint32_t i = 0; i < shared::grid_cell_count(constants); ++i) {
     const shared::GridCell cell = shared::grid_cell(constants, i);
     const std::uint32_t count = gpu.cell_first[i + 1] - gpu.cell_first[i];
-    shared::CellParts parts{};
-    if (shared::cell_weight(constants, cell) > 0.0f) parts = shared::cell_parts(constants, params, cell);
-    cells += parts.levels > 0 || count > 0;
-    if (shared::particle_count(parts) != count) {
+    shared::CellCloud cloud{};
+    if (shared::cell_weight(constants, cell) > 0.0f) cloud = shared::cell_cloud(constants, params, cell);
+    cells += cloud.parts.levels > 0 || count > 0;
+    if (shared::particle_count(cloud.parts) != count) {
       ++differing_cells;
       continue;
     }
     for (std::uint32_t slot = 0; slot < count; slot += 3) {
       const Particle& a = gpu.particles[gpu.cell_first[i] + slot];
-      const Particle b = shared::render_particle(constants, cell, shared::cell_particle(constants, params, cell, parts, slot));
+      const Particle b = shared::render_particle(constants, cell, shared::cell_particle(constants, params, cell, cloud, slot));
       ++particles;
       CHECK(a.id == b.id);
       CHECK(a.flags == b.flags);

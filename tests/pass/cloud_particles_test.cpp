@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "passes/cloud_particles.h"
+#include "shared/cloud_particles.h"
 #include "shared/ellipsoid.h"
 #include "shared/listed_particles.h"
 #include "shared/ring_grid.h"
@@ -157,7 +158,7 @@ TEST_CASE("extreme settings stay finite and within the capacity") {
         std::uint32_t bad = 0;
         for (const Particle& p : result.particles)
           bad += !(std::isfinite(p.center_m.x + p.center_m.y + p.center_m.z + p.radius_m.x + p.radius_m.y + p.radius_m.z + p.base_m + p.top_m) &&
-                   p.extinction_per_m >= 0.0f && p.extinction_per_m <= 3.0f * constants.extinction_per_m);
+                   p.extinction_per_m >= 0.0f && p.extinction_per_m <= shared::kMaxGain * constants.extinction_per_m);
         CHECK(bad == 0);
       }
 }

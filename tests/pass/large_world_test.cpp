@@ -207,7 +207,7 @@ TEST_CASE("degenerate places and settings give well-formed frames") {
       {.name = "from 200 km", .camera = camera_at({0.0, 0.0, 200000.0}, 0.0, -1.2), .view_distance_m = 200000.0f, .clouds = false},
   };
   for (const Case& c : cases) {
-    CAPTURE(c.name);
+    CAPTURE(std::string(c.name));
     Scene scene = fair_weather(c.view_distance_m);
     scene.clouds->coverage = c.coverage;
     scene.clouds->thickness_m = c.thickness_m;
