@@ -61,7 +61,8 @@ Backend resolve_backend(const DeviceInfo& device, Backend wanted) {
   return wanted == Backend::automatic ? automatic_backend(device).backend : wanted;
 }
 
-CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity)
+CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity,
+                       std::uint32_t march_steps)
     : backend_(backend),
       scale_(size.scale),
       detail_noise_kernel_(device, shaders::detail_noise_comp),
@@ -72,7 +73,8 @@ CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode ble
   const std::uint32_t width = (size.width + size.scale - 1) / size.scale;
   const std::uint32_t height = (size.height + size.scale - 1) / size.scale;
   NEPHELE_CHECK(backend != Backend::automatic && (blend == BlendMode::volume || backend == Backend::tiled), backend_name(backend));
-  if (backend == Backend::tiled) tiled_ = std::make_unique<TiledBlend>(device, blend, width, height, visible_capacity);
+  if (march_steps > 0) march_ = std::make_unique<RayMarch>(device, march_steps, width, height, visible_capacity);
+  else if (backend == Backend::tiled) tiled_ = std::make_unique<TiledBlend>(device, blend, width, height, visible_capacity);
   else draw_ = RasterPipeline(device, draw_desc(backend));
   const bool alpha = backend == Backend::alpha;  // the layer itself is the render target
   const auto make = [&](const char* name, VkFormat format, std::uint32_t w, std::uint32_t h, bool attachment) {
@@ -88,7 +90,7 @@ CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode ble
     extent_ = make("blend_extent", VK_FORMAT_R32G32B32A32_SFLOAT, width, height, attachment);
     committed_ = make("blend_committed", VK_FORMAT_R32G32B32A32_SFLOAT, width, height, attachment);
   }
-  if (backend == Backend::interlock) {
+  if (blends_in_images() && backend == Backend::interlock) {
     clear_ = ComputeKernel(device, shaders::cloud_clear_comp);
     interlock_target_ = make("interlock_target", VK_FORMAT_R8_UNORM, width, height, true);
   }
@@ -123,7 +125,9 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {1, inputs.host_distance, Access::sampled, Sampler::nearest_clamp},
                               {2, layer_scene_, Access::storage_write}},
                  .groups = groups_of_8(layer_scene_)});
-  if (tiled_)
+  if (march_)
+    march_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.tables, layer_scene_}, layer_color_, layer_depth_);
+  else if (tiled_)
     tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.tables, detail_noise_, layer_scene_}, layer_color_, layer_depth_);
   else
     add_draw(frame, inputs);

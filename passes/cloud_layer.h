@@ -9,6 +9,7 @@
 
 #include "engine/frame.h"
 #include "lut/gpu_tables.h"
+#include "passes/ray_march.h"
 #include "passes/tiled_blend.h"
 
 namespace nephele {
@@ -33,7 +34,8 @@ class CloudLayer {
     std::uint32_t scale;          // the layer has ceil(size / scale) pixels
   };
   // backend is not `automatic`; only `tiled` blends exactly.
-  CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity);
+  // march_steps > 0: rays are marched (ray_march.h) and no backend blends; the draw order is by nearest points then.
+  CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity, std::uint32_t march_steps = 0);
 
   struct Inputs {
     const Buffer& frame_constants;
@@ -54,7 +56,7 @@ class CloudLayer {
 
  private:
   void add_draw(FrameBuilder& frame, const Inputs& inputs);
-  bool blends_in_images() const { return backend_ == Backend::attachment || backend_ == Backend::interlock; }
+  bool blends_in_images() const { return !march_ && (backend_ == Backend::attachment || backend_ == Backend::interlock); }
 
   Backend backend_;
   std::uint32_t scale_;
@@ -62,6 +64,7 @@ class CloudLayer {
   ComputeKernel detail_noise_kernel_, prepare_, scene_distance_, clear_, resolve_, upscale_;
   RasterPipeline draw_;
   std::unique_ptr<TiledBlend> tiled_;
+  std::unique_ptr<RayMarch> march_;
   Buffer draw_particles_;
   Image detail_noise_;
   Image layer_scene_;                // metres to what stands behind the clouds

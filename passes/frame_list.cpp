@@ -22,6 +22,10 @@ constexpr std::uint32_t kShadowTexelsPerTile = 2;
 // Below this the sun lights no cloud: the horizon dips by 4.5 degrees at 20 km.
 constexpr float kSunGoneSine = -0.08f;
 
+bool by_nearest_point(const RenderSettings& settings) {
+  return settings.method == Method::raymarch || settings.blend == BlendMode::exact;
+}
+
 }  // namespace
 
 struct FramePasses::Clouds {
@@ -30,9 +34,10 @@ struct FramePasses::Clouds {
         tables(device, tables_in),
         light_tiles(device, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
         occlusion(device, particles.capacity()),
-        sort(device, particles.capacity(), settings.blend == BlendMode::exact ? ViewOrder::nearest_point : ViewOrder::center),
+        sort(device, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
         shadow(device, kShadowTexelsPerTile),
-        layer(device, {settings.width, settings.height, settings.scale}, settings.backend, settings.blend, particles.capacity()),
+        layer(device, {settings.width, settings.height, settings.scale}, settings.backend, settings.blend, particles.capacity(),
+              settings.method == Method::raymarch ? settings.march_steps : 0),
         counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}
 
   CloudParticles particles;

@@ -30,6 +30,9 @@ namespace nephele {
 // [Yusov14] Table 1: cells along a ring's side, rings, layers (here: above the base particle).
 enum class Quality : std::uint8_t { low, medium, high };
 
+// Particles shaded whole and blended, or rays marched through the same particles' density: the baseline.
+enum class Method : std::uint8_t { particles, raymarch };
+
 struct RenderSettings {
   std::uint32_t width = 1280, height = 720;  // 1 .. kMaxImageSide
   Quality quality = Quality::medium;
@@ -37,12 +40,17 @@ struct RenderSettings {
   Backend backend = Backend::automatic;
   BlendMode blend = BlendMode::volume;       // exact needs the tiled backend
   bool culling = true;                       // off: particles out of view are lit and sorted too, which changes no pixel
+  Method method = Method::particles;         // raymarch has no use for backend and blend
+  std::uint32_t march_steps = 64;            // that take a marched ray through eight particles in a row, kMinMarchSteps .. kMaxMarchSteps
   std::uint32_t ring_size_cells = 0;         // cells along a ring's side; 0: the quality's
   std::uint32_t layer_count = 0;             // particles stacked in a cell, base included; 0: the quality's
 };
 inline constexpr std::uint32_t kMaxImageSide = 16384;
 inline constexpr std::uint32_t kMinRingSizeCells = 40, kMaxRingSizeCells = 256;  // a multiple of 8
 inline constexpr std::uint32_t kMaxLayers = 15;
+inline constexpr std::uint32_t kMinMarchSteps = 4, kMaxMarchSteps = 4096;
+
+const char* method_name(Method method);
 
 // What a host has drawn and the clouds stand in front of or behind: full-size images of the renderer's device, in layout
 // GENERAL. Where it has drawn nothing the scene's own sky and ground show.

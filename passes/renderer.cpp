@@ -8,7 +8,6 @@
 #include "passes/nephele.h"
 #include "shared/light.h"
 #include "shared/phase.h"
-#include "shared/ring_grid.h"
 #include "shared/world.h"
 
 namespace nephele {
@@ -18,6 +17,7 @@ using shared::FrameConstants;
 
 constexpr double kInnerCellM = 184.0;                    // of the published sample
 constexpr float kSunAngularRadiusRad = 0.004654f;        // 0.267 degrees
+constexpr std::uint32_t kRingCount = 4;
 
 struct Preset {
   std::uint32_t ring_size_cells, layer_count;
@@ -43,13 +43,6 @@ glm::dvec3 from_origin(const Scene& scene, const glm::dvec3& world_m) { return w
 Scene counted_from_origin(Scene scene) {
   for (ListedParticle& particle : scene.particles) particle.center_m = from_origin(scene, particle.center_m);
   return scene;
-}
-
-// As few rings as reach the view distance: their number, and with it the cost, grows with its logarithm.
-std::uint32_t ring_count_for(const FrameConstants& constants) {
-  std::uint32_t count = 1;
-  while (count < shared::kMaxRings && shared::ring_reach_m(constants, count - 1) < constants.view_distance_m) ++count;
-  return count;
 }
 
 // What does not change from frame to frame.
@@ -78,11 +71,11 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.thickness_m = clouds.thickness_m;
   c.extinction_per_m = clouds.extinction_per_m;
   c.view_distance_m = clouds.view_distance_m;
+  c.ring_count = kRingCount;
   c.ring_size_cells = settings.ring_size_cells > 0 ? settings.ring_size_cells : preset(settings.quality).ring_size_cells;
   c.layer_count = settings.layer_count > 0 ? settings.layer_count : preset(settings.quality).layer_count;
   c.crown_per_cell = preset(settings.quality).crown_per_cell;
   c.inner_cell_m = shared::usable_inner_cell_m(kInnerCellM);
-  c.ring_count = ring_count_for(c);
   return c;
 }
 
@@ -136,6 +129,8 @@ struct Renderer::Implementation {
   std::string description;
 };
 
+const char* method_name(Method method) { return method == Method::raymarch ? "raymarch" : "particles"; }
+
 Renderer::Renderer(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
 Renderer::~Renderer() = default;
 
@@ -146,8 +141,10 @@ Result<void> Renderer::check(const Device& device, const RenderSettings& setting
     return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
   if (!backend_available(device.info(), settings.backend))
     return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name, "; see nephele devices")};
-  if (settings.blend == BlendMode::exact && resolve_backend(device.info(), settings.backend) != Backend::tiled)
+  if (settings.method == Method::particles && settings.blend == BlendMode::exact && resolve_backend(device.info(), settings.backend) != Backend::tiled)
     return Error{concat("blend exact needs the backend tiled; the backend is ", backend_name(resolve_backend(device.info(), settings.backend)))};
+  if (settings.march_steps < kMinMarchSteps || settings.march_steps > kMaxMarchSteps)
+    return Error{concat("step count is ", settings.march_steps, "; accepted: ", kMinMarchSteps, " to ", kMaxMarchSteps)};
   const std::uint32_t ring = settings.ring_size_cells;
   if (ring != 0 && (ring < kMinRingSizeCells || ring > kMaxRingSizeCells || ring % 8 != 0))
     return Error{concat("ring size is ", ring, " cells; accepted: a multiple of 8 from ", kMinRingSizeCells, " to ", kMaxRingSizeCells)};
@@ -159,7 +156,7 @@ Result<void> Renderer::check(const Device& device, const RenderSettings& setting
 Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings) {
   if (auto ok = check(device, settings); !ok) return ok.error();
   RenderSettings resolved = settings;
-  resolved.backend = resolve_backend(device.info(), settings.backend);
+  resolved.backend = settings.method == Method::raymarch ? Backend::tiled : resolve_backend(device.info(), settings.backend);
   return std::unique_ptr<Renderer>(new Renderer(std::make_unique<Implementation>(device, tables, scene, resolved)));
 }
 
@@ -186,7 +183,7 @@ void Renderer::collect() {
   r.stats.passes = r.executor.pass_times();
   r.stats.fragments_shaded = r.executor.fragments_shaded();
   r.stats.gpu_memory_bytes = r.device.allocated_bytes();
-  r.stats.backend = backend_name(r.settings.backend);
+  r.stats.backend = r.settings.method == Method::raymarch ? method_name(r.settings.method) : backend_name(r.settings.backend);
   r.passes.count(r.stats);
 }
 

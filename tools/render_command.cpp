@@ -27,8 +27,8 @@ constexpr double kMaxTimeS = 1e9;
 // As typed.
 struct RenderOptions {
   std::string scene, path, out, layers, stats, tables, device;
-  std::string size = "1280x720", quality = "medium", backend = "auto", blend = "volume";
-  std::uint32_t scale = 1;
+  std::string size = "1280x720", quality = "medium", backend = "auto", blend = "volume", method = "particles";
+  std::uint32_t scale = 1, steps = RenderSettings{}.march_steps;
   double time_s = 0;
   std::uint64_t frames = 0;  // 0: not given
   std::uint64_t warmup = 0;
@@ -88,7 +88,9 @@ Result<RenderJob> prepare(const RenderOptions& options) {
                   .quality = quality_named(options.quality),
                   .scale = options.scale,
                   .backend = parse_backend(options.backend),
-                  .blend = options.blend == blend_mode_name(BlendMode::exact) ? BlendMode::exact : BlendMode::volume};
+                  .blend = options.blend == blend_mode_name(BlendMode::exact) ? BlendMode::exact : BlendMode::volume,
+                  .method = options.method == method_name(Method::raymarch) ? Method::raymarch : Method::particles,
+                  .march_steps = options.steps};
 
   if (!options.scene.empty()) {
     Result<Scene> scene = load_scene(options.scene);
@@ -190,6 +192,12 @@ Command add_render_command(CLI::App& program) {
       ->capture_default_str();
   app->add_option("--blend", options->blend, "volume: pairs of particles share their volume; exact: any number (tiled only)")
       ->check(CLI::IsMember({"volume", "exact"}))
+      ->capture_default_str();
+  app->add_option("--method", options->method, "raymarch: the baseline, rays through the same particles in steps; no --backend, --blend")
+      ->check(CLI::IsMember({"particles", "raymarch"}))
+      ->capture_default_str();
+  app->add_option("--steps", options->steps, "Of a marched ray through eight particles in a row; 16 is coarse, 512 fine")
+      ->check(CLI::Range(kMinMarchSteps, kMaxMarchSteps))
       ->capture_default_str();
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
       ->type_name("NAME_OR_INDEX");

@@ -65,6 +65,8 @@ void read_settings(JsonReader& reader, JsonObject& object, SweepPicture& picture
                 {{"auto", Backend::automatic}, {"interlock", Backend::interlock}, {"attachment", Backend::attachment},
                  {"tiled", Backend::tiled}, {"alpha", Backend::alpha}});
   object.choice("blend", render.blend, {{"volume", BlendMode::volume}, {"exact", BlendMode::exact}});
+  object.choice("method", render.method, {{"particles", Method::particles}, {"raymarch", Method::raymarch}});
+  object.integer("steps", render.march_steps, kMinMarchSteps, kMaxMarchSteps);
   object.string("table_preset", picture.table_preset);
   if (const auto preset = TableParameters::preset(picture.table_preset); !preset)
     reader.fail(object.path_of("table_preset") + ": " + preset.error().message);
@@ -93,6 +95,8 @@ json describe(const SweepPicture& picture, const json& document) {
           {"scale", render.scale},
           {"backend", backend_name(render.backend)},
           {"blend", blend_mode_name(render.blend)},
+          {"method", method_name(render.method)},
+          {"steps", render.march_steps},
           {"table_preset", picture.table_preset},
           {"ring_size_cells", render.ring_size_cells},
           {"layers", render.layer_count},

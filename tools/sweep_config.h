@@ -6,8 +6,8 @@
 //    "series": [{"name": "exact", "settings": {"blend": "exact"}, "axes": {"quality": ["low", "high"], "scale": [1, 2]}}],
 //    "reference": {"quality": "high"}, "warmup_frames": 1, "frames": 3, "repetitions": 7}
 //
-// Settings: resolution, quality, scale, backend, blend, table_preset, ring_size_cells, layers, and "scene.PATH" for any
-// member of the scene file, as in "scene.clouds.view_distance_m". A variant has the sweep's settings, then its series',
+// Settings: resolution, quality, scale, method, steps, backend, blend, table_preset, ring_size_cells, layers, and
+// "scene.PATH" for any member of the scene file, as in "scene.clouds.view_distance_m". A variant has the sweep's settings, then its series',
 // then its place on the axes. Files are found from the configuration's directory.
 //
 // Errors are measured against the scene's reference, an EXR file of the variants' resolution, or else against the image

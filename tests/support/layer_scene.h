@@ -77,10 +77,10 @@ inline std::vector<std::uint32_t> draw_order(const std::vector<shared::Particle>
   return order;
 }
 
-// scene_m: distance of a host's scene in every pixel, if there is one.
+// scene_m: distance of a host's scene in every pixel, if there is one. march_steps > 0: by the ray marcher.
 inline Layer draw_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, Backend backend,
                         BlendMode blend = BlendMode::volume, LayerSize size = {}, int runs = 1,
-                        const std::vector<float>* scene_m = nullptr) {
+                        const std::vector<float>* scene_m = nullptr, std::uint32_t march_steps = 0) {
   Device& device = test_device();
   const GpuTables tables(device, blank_tables());
   const std::uint32_t count = static_cast<std::uint32_t>(particles.size());
@@ -100,14 +100,14 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
     std::iota(slots.begin(), slots.end(), 0u);
     particle_buffer.write_vector(particles);
     visible.write_vector(slots);
-    order.write_vector(draw_order(particles, blend));
+    order.write_vector(draw_order(particles, march_steps > 0 ? BlendMode::exact : blend));
   }
   shared::FrameCounters counts{};
   counts.visible_count = count;
   counts.visible_groups = {(count + 63) / 64, 1, 1};
   counts.draw = {6 * count, 1, 0, 0};
 
-  CloudLayer layer(device, {size.width, size.height, 1}, backend, blend, room);
+  CloudLayer layer(device, {size.width, size.height, 1}, backend, blend, room, march_steps);
   FrameExecutor executor(device);
   Layer result{std::vector<glm::vec4>(size.width * size.height), std::vector<float>(size.width * size.height)};
   result.shade_ms = 1e30;

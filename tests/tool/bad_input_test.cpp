@@ -54,6 +54,8 @@ TEST_CASE("bad input: option values out of range name the option, the value and 
   refuse("--quality", "ultra", "medium");
   refuse("--backend", "magic", "attachment");
   refuse("--blend", "none", "volume");
+  refuse("--method", "rasterize", "raymarch");
+  refuse("--steps", "3", "4 to 4096");
   refuse("--frames", "0", "1 to 1000000");
   refuse("--frames", "-1", "1 to 1000000");
   refuse("--frames", "many", "1 to 1000000");

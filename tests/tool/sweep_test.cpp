@@ -14,12 +14,13 @@ namespace {
 
 constexpr const char* kScene = R"({"particles": [{"center_m": [0, 400, 0], "radius_m": [150, 150, 100]}], "camera": {"position_m": [0, 0, 0]}})";
 
-// Four small pictures of one particle.
+// Six small pictures of one particle.
 json tiny_config() {
   return json::parse(R"({
     "scenes": [{"name": "one", "file": "scene.json"}],
     "settings": {"resolution": "16x12", "quality": "low"},
     "series": [{"name": "volume", "axes": {"scale": [1, 2]}}, {"name": "exact", "settings": {"blend": "exact"}},
+               {"name": "march", "settings": {"method": "raymarch"}, "axes": {"steps": [16, 256]}},
                {"name": "near", "axes": {"scene.sun.elevation_deg": [20]}}],
     "reference": {"blend": "exact"}, "warmup_frames": 1, "frames": 2, "repetitions": 3})");
 }
@@ -54,9 +55,9 @@ TEST_CASE("sweep: results of every variant, in three forms and a script of plots
   const json results = sweep.results();
   for (const char* key : {"sweep", "commit", "device", "driver", "processors"}) CHECK_MESSAGE(results.at("identity").contains(key), key);
   const json& variants = results.at("variants");
-  REQUIRE(variants.size() == 4);
+  REQUIRE(variants.size() == 6);
   CHECK(variants[1].at("name") == "one volume scale=2");
-  CHECK(variants[3].at("settings").at("scene").at("sun").at("elevation_deg") == 20);
+  CHECK(variants[5].at("settings").at("scene").at("sun").at("elevation_deg") == 20);
   for (const json& variant : variants) {
     CAPTURE(variant.at("name"));
     CHECK(variant.at("repetition_ms").size() == 3);
@@ -77,7 +78,7 @@ TEST_CASE("sweep: results of every variant, in three forms and a script of plots
   CHECK(std::any_of(variants.begin(), variants.end(), [](const json& v) { return v.at("pareto") == true; }));
 
   const std::string csv = read_file(sweep / "out/results.csv");
-  CHECK(count_lines(csv) == 5);
+  CHECK(count_lines(csv) == 7);
   CHECK(csv.find("shade_blend_ms") != std::string::npos);
   CHECK(read_file(sweep / "out/results.md").find("| exact |") != std::string::npos);
   CHECK(read_file(sweep / "out/plots.gp").find("error_one") != std::string::npos);
@@ -87,7 +88,7 @@ TEST_CASE("sweep: goes on after a kill, from what had been measured") {
   const SweepDirectory sweep;
   REQUIRE(sweep.run().status == 0);
   const std::string record_path = sweep / "out/measurements.jsonl", record = read_file(record_path);
-  CHECK(count_lines(record) == 1 + 4 * 3);
+  CHECK(count_lines(record) == 1 + 6 * 3);
   CHECK(sweep.run().status == 0);
   CHECK(read_file(record_path) == record);  // nothing is measured twice
 
@@ -122,7 +123,7 @@ TEST_CASE("sweep: --compare passes against itself and fails past the stated slow
   REQUIRE(sweep.run().status == 0);
   const ProgramResult same = sweep.run({"--compare", sweep / "out/results.json"});
   CHECK(same.status == 0);
-  CHECK(same.out.find("4 of 4 ratios agree") != std::string::npos);
+  CHECK(same.out.find("6 of 6 ratios agree") != std::string::npos);
 
   // As if everything had been three times faster and one ratio another.
   json faster = sweep.results();
@@ -132,9 +133,9 @@ TEST_CASE("sweep: --compare passes against itself and fails past the stated slow
   write_file(sweep / "faster.json", faster.dump());
   const ProgramResult slower = sweep.run({"--compare", sweep / "faster.json"});
   CHECK(slower.status != 0);
-  CHECK(slower.err.find("4 of 4 variants are slower than 1.1 times") != std::string::npos);
+  CHECK(slower.err.find("6 of 6 variants are slower than 1.1 times") != std::string::npos);
   CHECK(slower.out.find("SLOWER") != std::string::npos);
-  CHECK(slower.out.find("3 of 4 ratios agree") != std::string::npos);
+  CHECK(slower.out.find("5 of 6 ratios agree") != std::string::npos);
   CHECK(sweep.run({"--compare", sweep / "faster.json", "--slowdown", "100"}).status == 0);
   CHECK(sweep.run({"--compare", sweep / "scene.json"}).err.find("not the results.json") != std::string::npos);
 }
@@ -164,6 +165,8 @@ TEST_CASE("sweep: bad configurations are refused in one line that names the key 
   refuse("/settings/quality", "ultra", {"settings.quality", "ultra", "\"medium\""});
   refuse("/settings/resolution", "16", {"settings.resolution", "WIDTHxHEIGHT"});
   refuse("/settings/ring_size_cells", 100, {"settings.ring_size_cells is 100", "multiple of 8 from 40 to 256"});
+  refuse("/settings/method", "rasterize", {"settings.method", "raymarch"});
+  refuse("/settings/steps", 3, {"settings.steps is 3", "4 to 4096"});
   refuse("/settings/layers", 16, {"settings.layers is 16", "1 to 15"});
   refuse("/settings/table_preset", "fancy", {"settings.table_preset", "fancy", "default"});
   refuse("/settings/scene.clouds.coverage", 7, {"clouds.coverage is 7", "0 to 1"});
