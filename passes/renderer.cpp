@@ -8,6 +8,7 @@
 #include "passes/nephele.h"
 #include "shared/light.h"
 #include "shared/phase.h"
+#include "shared/ring_grid.h"
 #include "shared/world.h"
 
 namespace nephele {
@@ -17,7 +18,6 @@ using shared::FrameConstants;
 
 constexpr double kInnerCellM = 184.0;                    // of the published sample
 constexpr float kSunAngularRadiusRad = 0.004654f;        // 0.267 degrees
-constexpr std::uint32_t kRingCount = 4;
 
 struct Preset {
   std::uint32_t ring_size_cells, layer_count;
@@ -43,6 +43,13 @@ glm::dvec3 from_origin(const Scene& scene, const glm::dvec3& world_m) { return w
 Scene counted_from_origin(Scene scene) {
   for (ListedParticle& particle : scene.particles) particle.center_m = from_origin(scene, particle.center_m);
   return scene;
+}
+
+// As few rings as reach the view distance: their number, and with it the cost, grows with its logarithm.
+std::uint32_t ring_count_for(const FrameConstants& constants) {
+  std::uint32_t count = 1;
+  while (count < shared::kMaxRings && shared::ring_reach_m(constants, count - 1) < constants.view_distance_m) ++count;
+  return count;
 }
 
 // What does not change from frame to frame.
@@ -71,11 +78,11 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.thickness_m = clouds.thickness_m;
   c.extinction_per_m = clouds.extinction_per_m;
   c.view_distance_m = clouds.view_distance_m;
-  c.ring_count = kRingCount;
   c.ring_size_cells = settings.ring_size_cells > 0 ? settings.ring_size_cells : preset(settings.quality).ring_size_cells;
   c.layer_count = settings.layer_count > 0 ? settings.layer_count : preset(settings.quality).layer_count;
   c.crown_per_cell = preset(settings.quality).crown_per_cell;
   c.inner_cell_m = shared::usable_inner_cell_m(kInnerCellM);
+  c.ring_count = ring_count_for(c);
   return c;
 }
 

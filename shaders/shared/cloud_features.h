@@ -102,14 +102,20 @@ NEPHELE_FN CloudFeature cloud_feature(CloudParams params, uint lattice, ivec2 ce
   float jx = uniform_float(h, -0.425f, 0.425f);
   float jy = uniform_float(h, -0.425f, 0.425f);
   float presence = unit_float(hash_next(h));
+  float likeliest = lattice == 0u ? 1.0f : (lattice == 1u ? 0.5f : 0.3f);
+  CloudFeature f;
+  f.center_m = vec2((float(cell.x) + 0.5f + jx) * spacing, (float(cell.y) + 0.5f + jy) * spacing);
+  f.radius_m = 0.0f;
+  f.stretch = 1.0f;
+  f.axis_x = 0.0f;
+  f.vigour = 0.0f;
+  if (presence >= likeliest) return f;  // whatever the weather: most of the fine lattice's cells
   float u = unit_float(hash_next(h));
   float axis_x = cos(kPi * unit_float(hash_next(h)));
   float stretch = uniform_float(h, 1.0f, 1.6f);
   float vigour = unit_float(hash_next(h));
-  CloudFeature f;
-  f.center_m = vec2((float(cell.x) + 0.5f + jx) * spacing, (float(cell.y) + 0.5f + jy) * spacing);
   float e = params.fullness + 0.5f * world_fbm(params, f.center_m, kWeatherCells, kSeedWeather, 2);
-  float chance = saturate(1.6f * e + 0.15f) * (lattice == 0u ? 1.0f : (lattice == 1u ? 0.5f : 0.3f));
+  float chance = saturate(1.6f * e + 0.15f) * likeliest;
   float radius = mix(0.18f, 0.75f, pow(u, 1.6f)) * sqrt(clamp(e, 0.05f, 1.2f) / 0.45f);
   // Centres keep 0.075 cells off their cell's border, so what lies beyond the 3 x 3 neighbourhood is 1.075 cells away.
   f.radius_m = presence < chance ? min(radius, 1.05f / stretch) * spacing : 0.0f;
