@@ -65,7 +65,7 @@ shared::vec2 fetch_optical_depth(const FloatTexture& table, const shared::vec3& 
   const auto at = shared::optical_depth_coordinates(entry, exit, table.size().x);
   const shared::vec4 a = table.sample({at.exit_uv.x, at.exit_uv.y, at.z0});
   const shared::vec4 b = table.sample({at.exit_uv.x, at.exit_uv.y, at.z1});
-  return {a.x + at.weight * (b.x - a.x), a.y + at.weight * (b.y - a.y)};
+  return {shared::mean_density_from_texel(a.x + at.weight * (b.x - a.x)), a.y + at.weight * (b.y - a.y)};
 }
 
 float fetch_multiple(const FloatTexture& table, float c, float h, float mu, float sigma, float g) {

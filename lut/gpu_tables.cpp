@@ -20,7 +20,7 @@ Image upload(Device& device, const Table& table, VkFormat format) {
 
 GpuTables::GpuTables(Device& device, const Tables& tables)
     : parameters_(tables.parameters),
-      optical_depth_(upload(device, tables.optical_depth, VK_FORMAT_R8G8_UNORM)),
+      optical_depth_(upload(device, tables.optical_depth, VK_FORMAT_R16G16_SFLOAT)),
       multiple_scattering_(upload(device, tables.multiple_scattering, VK_FORMAT_R16G16B16A16_SFLOAT)),
       mean_fill_(tables.mean_fill) {}
 

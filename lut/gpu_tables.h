@@ -11,7 +11,7 @@ class GpuTables {
   GpuTables(Device& device, const Tables& tables);
 
   const TableParameters& parameters() const { return parameters_; }
-  const Image& optical_depth() const { return optical_depth_; }              // R8G8_UNORM
+  const Image& optical_depth() const { return optical_depth_; }              // R16G16_SFLOAT
   const Image& multiple_scattering() const { return multiple_scattering_; }  // R16G16B16A16_SFLOAT
   float mean_fill() const { return mean_fill_; }
 

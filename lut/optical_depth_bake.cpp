@@ -1,6 +1,7 @@
 // Optical depth of the noisy reference particle over all chords of the unit sphere ([Yusov14] 4.1, 5.1). Deviates from
 // the paper's angles: chords are addressed by entry and exit point (shared/table_axes.h).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -15,13 +16,14 @@ namespace nephele {
 using shared::vec2;
 using shared::vec3;
 
-ReferenceParticle::ReferenceParticle(std::uint32_t seed) : density_(std::size_t{kSize} * kSize * kSize) {
+ReferenceParticle::ReferenceParticle(std::uint32_t seed, float billows_per_radius)
+    : density_(std::size_t{kSize} * kSize * kSize) {
   parallel_for(kSize, [&](int z) {
     const auto place = [](int i) { return 2.0f * static_cast<float>(i) / (kSize - 1) - 1.0f; };
     float* out = &density_[static_cast<std::size_t>(z) * kSize * kSize];
     for (int y = 0; y < kSize; ++y)
       for (int x = 0; x < kSize; ++x)
-        *out++ = shared::reference_particle_density(vec3(place(x), place(y), place(z)), seed);
+        *out++ = shared::billowy_density(vec3(place(x), place(y), place(z)), billows_per_radius, seed);
   });
 }
 
@@ -79,12 +81,37 @@ ChordStatistics ReferenceParticle::chord(const vec3& entry, const vec3& exit) co
   return chord;
 }
 
+std::vector<float> least_squares_vertices(const std::vector<float>& values, int n) {
+  const int vertices = n * n;
+  // Neighbours of each vertex of one map, along u and along v.
+  std::vector<std::array<int, 4>> neighbours(vertices);
+  const auto vertex = [&](int u, int v) {
+    if (u < 0 || u >= n) return (n - 1 - v) * n + (u < 0 ? 1 : n - 2);
+    if (v < 0 || v >= n) return (v < 0 ? 1 : n - 2) * n + (n - 1 - u);
+    return v * n + u;
+  };
+  for (int v = 0; v < n; ++v)
+    for (int u = 0; u < n; ++u)
+      neighbours[v * n + u] = {vertex(u - 1, v), vertex(u + 1, v), vertex(u, v - 1), vertex(u, v + 1)};
+
+  std::vector<float> fitted(values.size());
+  parallel_for(vertices, [&](int s) {
+    const auto value = [&](int entry, int exit) { return values[static_cast<std::size_t>(entry) * vertices + exit]; };
+    for (int e = 0; e < vertices; ++e) {
+      float differences = -8 * value(s, e);
+      for (int k = 0; k < 4; ++k) differences += value(neighbours[s][k], e) + value(s, neighbours[e][k]);
+      fitted[static_cast<std::size_t>(s) * vertices + e] = value(s, e) - differences / 12;
+    }
+  });
+  return fitted;
+}
+
 NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
                                   const std::function<void(double)>& progress) {
   NpyArray array;
-  array.type = ElementType::uint8;
+  array.type = ElementType::float16;
   array.shape = {static_cast<std::size_t>(n) * n, static_cast<std::size_t>(n), static_cast<std::size_t>(n), 2};
-  array.data.resize(array.count());
+  array.data.resize(2 * array.count());
   const int vertices = n * n;
   std::vector<vec3> points(vertices);
   for (int i = 0; i < vertices; ++i)
@@ -99,13 +126,16 @@ NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
                 z = shared::uniform_float(state, -1, 1);
     return normalize(p + spread * vec3(x, y, z));
   };
+  std::vector<float> roots(static_cast<std::size_t>(vertices) * vertices);
+  const auto write = [&](std::size_t element, float x) {
+    const std::uint16_t half = static_cast<std::uint16_t>(glm::packHalf2x16({std::clamp(x, 0.0f, 1.0f), 0}));
+    array.data[2 * element] = static_cast<std::byte>(half & 255);
+    array.data[2 * element + 1] = static_cast<std::byte>(half >> 8);
+  };
   const auto store = [&](int s, int e, float mean, float first) {
-    const auto quantize = [](float x) {
-      return static_cast<std::byte>(std::lround(std::clamp(x, 0.0f, 1.0f) * 255.0f));
-    };
-    std::byte* texel = &array.data[(static_cast<std::size_t>(s) * vertices + e) * 2];
-    texel[0] = quantize(mean);
-    texel[1] = quantize(first);
+    const std::size_t at = static_cast<std::size_t>(s) * vertices + e;
+    roots[at] = std::sqrt(mean);
+    write(2 * at + 1, first);
   };
   std::atomic<int> done{0};
   parallel_for(vertices, [&](int task) {
@@ -126,6 +156,8 @@ NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
     const int count = done.fetch_add(1) + 1;
     if (progress && count % 16 == 0) progress(static_cast<double>(count) / vertices);
   });
+  roots = least_squares_vertices(roots, n);
+  for (std::size_t at = 0; at < roots.size(); ++at) write(2 * at, roots[at]);
   return array;
 }
 

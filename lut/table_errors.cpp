@@ -29,7 +29,7 @@ vec3 random_direction(std::uint32_t& state) {
 
 }  // namespace
 
-TransmittanceError transmittance_error(const FloatTexture& optical_depth, std::uint32_t particle_seed, int chords) {
+TransmittanceError transmittance_error(const FloatTexture& optical_depth, int chords, const MeanDensity& truth_of) {
   constexpr float kPeakOpticalRadius = 8;
   std::vector<double> errors(chords), magnitudes(chords), squares(chords), density_squares(chords);
   parallel_for(chords, [&](int i) {
@@ -39,7 +39,7 @@ TransmittanceError transmittance_error(const FloatTexture& optical_depth, std::u
     const vec3 entry = impact * side - half * along, exit = impact * side + half * along;
     const double scale = -2.0 * half * kPeakOpticalRadius;
     const double fetched = fetch_optical_depth(optical_depth, entry, exit).x;
-    const double truth = exact_mean_density(entry, exit, particle_seed);
+    const double truth = truth_of(entry, exit);
     errors[i] = std::exp(scale * fetched) - std::exp(scale * truth);
     magnitudes[i] = std::abs(errors[i]);
     squares[i] = errors[i] * errors[i];

@@ -2,18 +2,20 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "lut/cpu_fetch.h"
 
 namespace nephele {
 
 // Errors of the transmittance exp(-tau) of the reference particle at peak optical radius 8, over random chords (impact
-// uniform in area), against adaptive quadrature of the density.
+// uniform in area), against the mean density that `truth` gives for a chord.
 struct TransmittanceError {
   double rms = 0, bias = 0, p99 = 0;  // p99: of the magnitude
   double mean_density_rms = 0;        // of what is stored, before the exponential
 };
-TransmittanceError transmittance_error(const FloatTexture& optical_depth, std::uint32_t particle_seed, int chords);
+using MeanDensity = std::function<double(const shared::vec3& entry, const shared::vec3& exit)>;
+TransmittanceError transmittance_error(const FloatTexture& optical_depth, int chords, const MeanDensity& truth);
 
 // Direct plus single plus multiple scattering, over the incident power, minus 1: what a sphere of this optical radius
 // gains or loses. Single scattering by the formula that shading uses.

@@ -11,6 +11,7 @@
 
 #include "engine/check.h"
 #include "lut/bake.h"
+#include "lut/oracles.h"
 #include "lut/table_errors.h"
 #include "shared/table_axes.h"
 
@@ -24,7 +25,7 @@ namespace {
 
 using json = nlohmann::json;
 
-constexpr int kFormatVersion = 1;
+constexpr int kFormatVersion = 2;
 constexpr const char* kOpticalDepth = "optical_depth";
 constexpr const char* kMultipleScattering = "multiple_scattering";
 constexpr int kErrorChords = 2048;  // for the error that every bake writes down
@@ -194,10 +195,14 @@ Table bake_optical_depth(const TableParameters& parameters, const ProgressCallba
       {{"name", "entry"}, {"meaning", "entry point on an octahedral map, row-major: v * N + u"}},
       {{"name", "exit_v"}, {"meaning", "exit point, octahedral v"}, {"range", {0, 1}}},
       {{"name", "exit_u"}, {"meaning", "exit point, octahedral u"}, {"range", {0, 1}}},
-      {{"name", "channel"}, {"meaning", "mean extinction / peak; fraction of the chord before first matter"}}};
+      {{"name", "channel"}, {"meaning", "root of mean extinction / peak; fraction of the chord before first matter"}}};
   metadata["mean_fill"] = particle.mean_fill();
   metadata["error"] = {{"transmittance_rms_at_peak_optical_radius_8",
-                        transmittance_error(FloatTexture(table), parameters.particle_seed, kErrorChords).rms}};
+                        transmittance_error(FloatTexture(table), kErrorChords,
+                                            [&](const shared::vec3& entry, const shared::vec3& exit) {
+                                              return exact_mean_density(entry, exit, parameters.particle_seed);
+                                            })
+                            .rms}};
   table.metadata = metadata.dump(2) + "\n";
   return table;
 }

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "lut/bake.h"
 #include "lut/chord_maps.h"
 #include "lut/cpu_fetch.h"
 #include "lut/oracles.h"
@@ -16,6 +17,7 @@
 namespace nephele {
 
 using json = nlohmann::ordered_json;
+using shared::vec3;
 
 namespace {
 
@@ -35,6 +37,22 @@ float single_radiance(const Medium& medium, const SphereRay& ray, double sigma) 
 float multiple_radiance(const FloatTexture& table, const Medium& medium, const SphereRay& ray, double sigma) {
   return fetch_multiple(table, static_cast<float>(ray.c), static_cast<float>(ray.h), static_cast<float>(ray.mu),
                         static_cast<float>(sigma), static_cast<float>(medium.g));
+}
+
+// The same table of particles with coarser and finer billows than the one there is.
+json measure_other_particles(const TableParameters& parameters, int chords) {
+  json rows;
+  for (const float billows : {0.9f, shared::kBillowsPerRadius, 3.6f, 7.2f}) {
+    const ReferenceParticle particle(parameters.particle_seed, billows);
+    Table table;
+    table.name = "optical depth of another particle";
+    table.array = bake_optical_depth_array(particle, static_cast<int>(parameters.optical_depth_size), {});
+    const TransmittanceError error =
+        transmittance_error(FloatTexture(table), chords,
+                            [&](const vec3& entry, const vec3& exit) { return particle.chord(entry, exit).mean; });
+    rows.push_back({{"billows_per_radius", billows}, {"transmittance_rms", error.rms}});
+  }
+  return rows;
 }
 
 double sum_of(const std::vector<double>& values) {
@@ -193,8 +211,10 @@ void verify_tables(Tables& tables, const ProgressCallback& progress, double effo
   };
   show(0);
   const int chords = static_cast<int>(20000 * effort);
+  const std::uint32_t seed = tables.parameters.particle_seed;
   const TransmittanceError depth =
-      transmittance_error(FloatTexture(tables.optical_depth), tables.parameters.particle_seed, chords);
+      transmittance_error(FloatTexture(tables.optical_depth), chords,
+                          [&](const vec3& entry, const vec3& exit) { return exact_mean_density(entry, exit, seed); });
   json optical_depth{{"truth", "adaptive quadrature of the density itself"},
                      {"chords", chords},
                      {"peak_optical_radius", 8},
@@ -204,10 +224,11 @@ void verify_tables(Tables& tables, const ProgressCallback& progress, double effo
                      {"mean_density_rms", depth.mean_density_rms}};
   const int compared_chords = static_cast<int>(512 * effort);
   json maps{{"chords", compared_chords}};
-  for (const ChordMapError& error : compare_chord_maps(tables.parameters.particle_seed, compared_chords))
+  for (const ChordMapError& error : compare_chord_maps(seed, compared_chords))
     maps["maps"].push_back(
         {{"axes", error.name}, {"size", error.size}, {"transmittance_rms", error.transmittance_rms}});
   optical_depth["other_axes"] = maps;
+  optical_depth["other_particles"] = measure_other_particles(tables.parameters, chords);
   add_verification(tables.optical_depth, optical_depth);
 
   const FloatTexture table(tables.multiple_scattering);

@@ -12,11 +12,13 @@
 #include "camera_rays.glsl"
 #include "tables.glsl"
 
-// Fine structure at the first matter: tiling noise in the air's frame, two periods that never line up.
+// Fine structure at the first matter: tiling noise in the air's frame, two periods that never line up. It gives the
+// smooth particles of the optical depth table their ragged outlines.
 NEPHELE_CONST(float, kDetailMean, 0.5);  // of the noise
+NEPHELE_CONST(float, kErosion, 0.1);    // mean
 
 struct Detail {
-  float density;  // factor of thin parts' density, mean about 1
+  float erosion;  // chords of a lower mean density (over the peak) are empty
   float relief;   // factor of the radiance: bumps that face the sun are brighter
 };
 
@@ -36,16 +38,15 @@ Detail detail_at(vec3 p_render, float distance_m) {
   float coarse_share = beyond * (1.0 - smoothstep(6.0, 24.0, pixel_m));
   float fine_share = beyond * (1.0 - smoothstep(2.0, 8.0, pixel_m));
   float lump_share = beyond * (1.0 - smoothstep(25.0, 100.0, pixel_m));
-  Detail detail = Detail(1.0, 1.0);
-  if (coarse_share > 0.0) {
-    float coarse = textureLod(detail_noise, p * kDetailCoarse, 0.0).x - kDetailMean;
-    float fine = fine_share > 0.0 ? textureLod(detail_noise, fine_p, 0.0).x - kDetailMean : 0.0;
-    detail.density = clamp(1.0 + 2.6 * (0.65 * coarse_share * coarse + 0.35 * fine_share * fine), 0.0, 2.2);
-  }
+  Detail detail = Detail(kErosion, 1.0);
   if (lump_share > 0.0) {
     float lump = textureLod(detail_noise, p * kRelief, 0.0).x;
     float sunward = textureLod(detail_noise, (p + kReliefStepM * frame.sun_direction) * kRelief, 0.0).x;
-    detail.relief = clamp(1.0 + lump_share * 0.4 * (lump - sunward), 0.6, 1.4);
+    float coarse = coarse_share > 0.0 ? textureLod(detail_noise, p * kDetailCoarse, 0.0).x - kDetailMean : 0.0;
+    float fine = fine_share > 0.0 ? textureLod(detail_noise, fine_p, 0.0).x - kDetailMean : 0.0;
+    float noise = 0.5 * lump_share * (lump - kDetailMean) + 0.35 * coarse_share * coarse + 0.15 * fine_share * fine;
+    detail.relief = clamp(1.0 + lump_share * 0.45 * (lump - sunward) + 0.2 * coarse_share * coarse, 0.6, 1.4);
+    detail.erosion = kErosion * clamp(1.0 - 7.0 * noise, 0.1, 2.5);
   }
   return detail;
 }
@@ -96,9 +97,6 @@ vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, flo
   return p.sun_irradiance * (once + again + around) + ambient;
 }
 
-NEPHELE_CONST(float, kRimFrom, 0.3);  // half chords, of the unit sphere
-NEPHELE_CONST(float, kRimTo, 0.75);
-
 // The particle's visible segment along the ray up to limit_m; false when there is none.
 bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegment segment) {
   segment = blend_no_segment();
@@ -119,10 +117,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   float h = min(half_chord * length(step), 1.0);
   bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
   vec2 matter = homogeneous ? vec2(1.0, 0.0) : fetch_optical_depth(optical_depth_table, entry, exit);
-  // The noise may leave matter right up to the reference particle's surface: fading the shortest chords keeps its
-  // sphere from showing as an arc.
-  float rim = homogeneous ? 1.0 : smoothstep(kRimFrom, kRimTo, h);
-  float tau_chord = rim * matter.x * p.extinction_per_m * 2.0 * half_chord;
+  float tau_chord = matter.x * p.extinction_per_m * 2.0 * half_chord;
   float matter_near = chord_near + matter.y * 2.0 * half_chord;
   float density = tau_chord / max(chord_far - matter_near, 1e-3 * half_chord);
   near_m = max(near_m, matter_near);
@@ -135,8 +130,9 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   if ((p.flags & kParticleDetail) != 0u) {
     float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
     Detail detail = detail_at(direction * at_m, at_m);
-    density *= mix(1.0, detail.density, exp(-0.12 * density * (far_m - near_m)));
+    density *= smoothstep(0.5 * detail.erosion, 1.5 * detail.erosion, matter.x);
     relief = detail.relief;
+    if (density <= 0.0) return false;
   }
   segment.extinction_per_m = density;
   segment.near_m = near_m;

@@ -8,8 +8,9 @@
 // by the peak extinction, y = fraction of the chord in front of the first matter (1 when there is none).
 vec2 fetch_optical_depth(sampler3D table, vec3 entry, vec3 exit) {
   OpticalDepthCoordinates at = optical_depth_coordinates(entry, exit, float(textureSize(table, 0).x));
-  return mix(textureLod(table, vec3(at.exit_uv, at.z0), 0.0).xy, textureLod(table, vec3(at.exit_uv, at.z1), 0.0).xy,
-             at.weight);
+  vec2 texel = mix(textureLod(table, vec3(at.exit_uv, at.z0), 0.0).xy,
+                   textureLod(table, vec3(at.exit_uv, at.z1), 0.0).xy, at.weight);
+  return vec2(mean_density_from_texel(texel.x), texel.y);
 }
 
 // Radiance of orders >= 2 leaving the homogeneous sphere per unit irradiance, per sr. Variables: shared/scattering.h.

@@ -157,20 +157,7 @@ NEPHELE_FN float worley_distance2(uvec3 cell, vec3 offset, vec3 f, uint seed) {
 }
 
 // F1: the distance in cells to the nearest feature, one uniform feature a cell. Mean 0.52; the 27 nearest cells
-// decide every distance below 1, and larger ones are rare.
-NEPHELE_FN float worley_f1(vec3 p, uvec3 base, uint seed) {
-  vec3 cell = floor(p);
-  vec3 f = p - cell;
-  uvec3 center = base + uvec3(ivec3(cell));
-  float nearest = 1e9f;
-  for (int z = -1; z <= 1; ++z)
-    for (int y = -1; y <= 1; ++y)
-      for (int x = -1; x <= 1; ++x)
-        nearest = min(nearest, worley_distance2(center + uvec3(ivec3(x, y, z)), vec3(ivec3(x, y, z)), f, seed));
-  return sqrt(nearest);
-}
-
-// Repeats after `period` cells; 0 <= p < 2^23.
+// decide every distance below 1, and larger ones are rare. Repeats after `period` cells; 0 <= p < 2^23.
 NEPHELE_FN float worley_f1_periodic(vec3 p, uint period, uint seed) {
   vec3 cell = floor(p);
   vec3 f = p - cell;
@@ -185,20 +172,6 @@ NEPHELE_FN float worley_f1_periodic(vec3 p, uint period, uint seed) {
 }
 
 // Octaves of 1 - min(1, F1), gain 0.5, divided by the sum of gains: in [0, 1], high near features.
-NEPHELE_FN float worley_fbm(vec3 p, uvec3 base, uint seed, int octaves) {
-  float sum = 0.0f;
-  float gains = 0.0f;
-  float gain = 1.0f;
-  for (int i = 0; i < octaves; ++i) {
-    sum += gain * (1.0f - min(1.0f, worley_f1(p, base, noise_seed(seed, i))));
-    gains += gain;
-    gain *= 0.5f;
-    p = p * 2.0f;
-    base = base * 2u;
-  }
-  return sum / gains;
-}
-
 NEPHELE_FN float worley_fbm_periodic(vec3 p, uint period, uint seed, int octaves) {
   float sum = 0.0f;
   float gains = 0.0f;
@@ -211,6 +184,25 @@ NEPHELE_FN float worley_fbm_periodic(vec3 p, uint period, uint seed, int octaves
     period = period * 2u;
   }
   return sum / gains;
+}
+
+// Round lumps, one around each cell's feature: the sum of (1 - d^2)^3 over features nearer than one cell. Twice
+// differentiable; the 27 nearest cells hold every feature that counts.
+NEPHELE_CONST(float, kBillowMean, 0.638f);  // of the noise: 64 pi / 315
+
+NEPHELE_FN float billow_noise3(vec3 p, uvec3 base, uint seed) {
+  vec3 cell = floor(p);
+  vec3 f = p - cell;
+  uvec3 center = base + uvec3(ivec3(cell));
+  float sum = 0.0f;
+  for (int z = -1; z <= 1; ++z)
+    for (int y = -1; y <= 1; ++y)
+      for (int x = -1; x <= 1; ++x) {
+        float near =
+            max(0.0f, 1.0f - worley_distance2(center + uvec3(ivec3(x, y, z)), vec3(ivec3(x, y, z)), f, seed));
+        sum += near * near * near;
+      }
+  return sum;
 }
 
 NEPHELE_SHARED_END

@@ -1,5 +1,9 @@
-// The noisy reference particle inside the unit sphere: a smooth fall-off eroded by cellular noise with some gradient
-// noise. One for the whole sky; every particle turns it its own way.
+// The noisy reference particle inside the unit sphere: a smooth fall-off modulated by billows. One for the whole sky;
+// every particle turns it its own way.
+//
+// Its finest structure is what the optical depth table resolves: billows 0.56 radii apart, some six vertices of the
+// table, and no kinks (docs/tables.md: what finer ones cost). What is finer belongs to the shading's detail noise
+// (cloud_shade.glsl), which no table has to carry.
 #ifndef NEPHELE_SHARED_REFERENCE_PARTICLE_H
 #define NEPHELE_SHARED_REFERENCE_PARTICLE_H
 
@@ -10,15 +14,20 @@ NEPHELE_SHARED_BEGIN
 // Density above which a point counts as cloud matter.
 NEPHELE_CONST(float, kFirstMatterDensity, 0.04f);
 
-// Relative extinction in [0, 1] at p, 0 outside the unit sphere.
+NEPHELE_CONST(float, kBillowsPerRadius, 1.8f);
+NEPHELE_CONST(float, kBillowContrast, 3.0f);
+NEPHELE_CONST(float, kReferenceThickness, 1.6f);
+
+// Relative extinction in [0, 1] at p, 0 outside the unit sphere, for billows of another size.
+NEPHELE_FN float billowy_density(vec3 p, float billows_per_radius, uint seed) {
+  float q = 1.0f - dot(p, p);
+  if (q <= 0.0f) return 0.0f;
+  float billows = billow_noise3(billows_per_radius * p, uvec3(0u), noise_seed(seed, 16)) - kBillowMean;
+  return 1.0f - exp(-kReferenceThickness * q * q * exp(kBillowContrast * billows));
+}
+
 NEPHELE_FN float reference_particle_density(vec3 p, uint seed) {
-  float r2 = dot(p, p);
-  if (r2 >= 1.0f) return 0.0f;
-  float falloff = 1.0f - r2 * (22.0f / 9.0f - r2 * (17.0f / 9.0f - r2 * (4.0f / 9.0f)));
-  float billows = 2.4f * (worley_fbm(2.2f * p, uvec3(0u), noise_seed(seed, 16), 2) - 0.45f);
-  float ragged = 1.6f * fbm3(1.2f * p, uvec3(0u), noise_seed(seed, 17), 3);
-  float x = falloff + 1.2f * (0.3f * ragged + 0.7f * billows) - 0.2f;
-  return clamp(2.0f * x, 0.0f, 1.0f) * (1.0f - smoothstep(0.9f, 1.0f, sqrt(r2)));
+  return billowy_density(p, kBillowsPerRadius, seed);
 }
 
 NEPHELE_SHARED_END

@@ -5,9 +5,11 @@
 // scattering.h). A texel holds a0..a3; with x = cosine of the azimuth between view ray and light around the normal
 //   radiance of orders >= 2 per unit irradiance = max(0, a0 + a1 x + a2 x^2 + a3 x^3) * multiple_scattering_scale(...).
 //
-// Optical depth, one RG8 3D texture of N x N x N^2: entry point S and exit point E of a chord of the unit sphere, each
+// Optical depth, one RG16F 3D texture of N x N x N^2: entry point S and exit point E of a chord of the unit sphere, each
 // on an octahedral map of N x N vertices; x = E.u, y = E.v, z = N * S.v + S.u. The maps' folds run along cell edges, so
-// no interpolation crosses a seam.
+// no interpolation crosses a seam. A texel holds the square root of the chord's mean density, which fades towards the
+// rim about linearly, and the fraction of the chord before the first matter. Half floats: devices may filter eight bits
+// in eight bits, which errs more than the axes do.
 #ifndef NEPHELE_SHARED_TABLE_AXES_H
 #define NEPHELE_SHARED_TABLE_AXES_H
 
@@ -100,6 +102,11 @@ NEPHELE_FN OpticalDepthCoordinates optical_depth_coordinates(vec3 entry, vec3 ex
   at.z1 = ((row + 1.0f) * n + column + 0.5f) / (n * n);
   at.weight = clamp(s.y - row, 0.0f, 1.0f);
   return at;
+}
+
+// The mean density of a chord from the fetched texel; the root of it is stored.
+NEPHELE_FN float mean_density_from_texel(float texel) {
+  return texel * texel;
 }
 
 NEPHELE_SHARED_END

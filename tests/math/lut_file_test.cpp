@@ -153,7 +153,7 @@ TEST_CASE("damaged and foreign cache files are reported by name and baked again"
   }
   // What loading alone finds.
   for (const auto& [from, to, field] :
-       std::vector<std::array<std::string, 3>>{{"\"version\": 1", "\"version\": 9", "version"},
+       std::vector<std::array<std::string, 3>>{{"\"version\": 2", "\"version\": 9", "version"},
                                                {"\"<f2\"", "\"<f4\"", "dtype"},
                                                {"nephele table", "somebody's", "format"},
                                                {"\"bytes\": ", "\"bytes\": 1", "bytes"},

@@ -59,7 +59,7 @@ TEST_CASE("gradient noise has mean 0, a stated spread, and is continuous across 
                  uniform_float(state, -50, 50));
     const vec3 step(1e-4f, 0, 0);
     CHECK(std::abs(gradient_noise3(p - step, uvec3(0u), 3u) - gradient_noise3(p + step, uvec3(0u), 3u)) < 1e-3f);
-    CHECK(std::abs(worley_f1(p - step, uvec3(0u), 3u) - worley_f1(p + step, uvec3(0u), 3u)) < 1e-3f);
+    CHECK(std::abs(billow_noise3(p - step, uvec3(0u), 3u) - billow_noise3(p + step, uvec3(0u), 3u)) < 1e-3f);
     CHECK(std::abs(gradient_noise2(vec2(p.x - 1e-4f, p.y), uvec2(0u), 3u) -
                    gradient_noise2(vec2(p.x + 1e-4f, p.y), uvec2(0u), 3u)) < 1e-3f);
   }
@@ -73,7 +73,7 @@ TEST_CASE("a cell base shifts the lattice exactly, in every octave, across the w
   const vec3 q = p - vec3(16, 0, 4);
   CHECK(fbm3(p, base, 5u, 4) == fbm3(q, moved, 5u, 4));
   CHECK(fbm2(vec2(p.x, p.y), uvec2(base.x, base.y), 5u, 4) == fbm2(vec2(q.x, q.y), uvec2(moved.x, moved.y), 5u, 4));
-  CHECK(worley_fbm(p, base, 5u, 3) == worley_fbm(q, moved, 5u, 3));
+  CHECK(billow_noise3(p, base, 5u) == billow_noise3(q, moved, 5u));
   CHECK(fbm3(p, base, 5u, 4) != fbm3(p, base, 6u, 4));
 }
 
@@ -94,7 +94,7 @@ TEST_CASE("Worley distance is that to the nearest feature of a wide search") {
   uint state = 21;
   double mean = 0;
   for (int i = 0; i < 2000; ++i) {
-    const vec3 p(uniform_float(state, -20, 20), uniform_float(state, -20, 20), uniform_float(state, -20, 20));
+    const vec3 p(uniform_float(state, 2, 60), uniform_float(state, 2, 60), uniform_float(state, 2, 60));
     const vec3 cell = floor(p);
     float nearest = 1e9f;
     for (int z = -2; z <= 2; ++z)
@@ -102,9 +102,32 @@ TEST_CASE("Worley distance is that to the nearest feature of a wide search") {
         for (int x = -2; x <= 2; ++x)
           nearest = std::min(nearest,
                              worley_distance2(uvec3(ivec3(cell)) + uvec3(ivec3(x, y, z)), vec3(x, y, z), p - cell, 4u));
-    const float f1 = worley_f1(p, uvec3(0u), 4u);
+    const float f1 = worley_f1_periodic(p, 64u, 4u);
     if (nearest < 1.0f) CHECK(f1 == doctest::Approx(std::sqrt(nearest)));
     mean += f1 / 2000;
   }
   CHECK(mean == doctest::Approx(0.52).epsilon(0.03));
+}
+
+TEST_CASE("billows are those of a wide search, with the mean of their kernel") {
+  uint state = 22;
+  double mean = 0, variance = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const vec3 p(uniform_float(state, -50, 50), uniform_float(state, -50, 50), uniform_float(state, -50, 50));
+    const vec3 cell = floor(p);
+    double wide = 0;
+    for (int z = -2; z <= 2; ++z)
+      for (int y = -2; y <= 2; ++y)
+        for (int x = -2; x <= 2; ++x) {
+          const double d2 =
+              worley_distance2(uvec3(ivec3(cell)) + uvec3(ivec3(x, y, z)), vec3(x, y, z), p - cell, 4u);
+          if (d2 < 1) wide += std::pow(1 - d2, 3);
+        }
+    const float billows = billow_noise3(p, uvec3(0u), 4u);
+    CHECK(billows == doctest::Approx(wide).epsilon(1e-4));
+    mean += billows / 20000;
+    variance += (billows - kBillowMean) * (billows - kBillowMean) / 20000;
+  }
+  CHECK(std::sqrt(variance) < 0.5);                           // so that the mean is known within 0.004
+  CHECK(mean == doctest::Approx(kBillowMean).epsilon(0.02));  // the integral of (1 - r^2)^3 over the unit ball
 }

@@ -18,7 +18,7 @@ namespace nephele::test {
 inline Tables blank_tables() {
   Tables tables;
   tables.optical_depth.name = "optical_depth";
-  tables.optical_depth.array = {ElementType::uint8, {1, 1, 1, 2}, std::vector<std::byte>(2)};
+  tables.optical_depth.array = {ElementType::float16, {1, 1, 1, 2}, std::vector<std::byte>(4)};
   tables.multiple_scattering.name = "multiple_scattering";
   tables.multiple_scattering.array = {ElementType::float16, {1, 1, 1, 4}, std::vector<std::byte>(8)};
   tables.mean_fill = 0.3f;
