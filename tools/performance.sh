@@ -2,27 +2,38 @@
 # Runs the ready-made sweeps and writes docs/performance.md with its plots. Some twenty minutes on two quiet cores; what
 # has been measured stays in out/performance, so a run that was cut short goes on. For new times, remove it first.
 #   tools/performance.sh [--device NAME_OR_INDEX]
+#   tools/performance.sh --write                    only writes, from the sweeps that are complete; says which are not
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-tools/setup.sh gnuplot-nox
-cmake --preset release
-cmake --build --preset release --target nephele_program
 out=out/performance
-mkdir -p "$out"
-
 sweep() { build/nephele sweep --config "tools/sweeps/$1.json" --out "$out/$2" "${@:3}"; }
-sweep pareto pareto "$@"
-sweep presets presets "$@"
-sweep quick quick "$@"
-sweep quick quick_again --compare "$out/quick/results.json" --slowdown 100 "$@" > "$out/compare.txt"
-sweep scaling scaling "$@"
+if [[ ${1:-} != --write ]]; then
+  tools/setup.sh gnuplot-nox
+  cmake --preset release
+  cmake --build --preset release --target nephele_program
+  mkdir -p "$out"
+  sweep pareto pareto "$@"
+  sweep presets presets "$@"
+  sweep quick quick "$@"
+  sweep quick quick_again --compare "$out/quick/results.json" --slowdown 100 "$@" > "$out/compare.txt"
+  sweep scaling scaling "$@"
+fi
 
-plot() { cp "$out/$1/$2.svg" "docs/pictures/performance_$2.svg"; }
-plot pareto error_fair_weather
-plot pareto error_above_deck
-plot presets passes_fair_weather
-for against in particles pixels distance; do plot scaling "cost_$against"; done
+# A sweep's table and plots, or a word that it is missing.
+results() {  # name plots...
+  local name=$1; shift
+  if [[ ! -f $out/$name/results.md ]]; then
+    echo "*Not measured yet on this state of the program: \`tools/performance.sh\`.*"
+    return
+  fi
+  for plot in "$@"; do
+    cp "$out/$name/$plot.svg" "docs/pictures/performance_$plot.svg"
+    echo "![$plot](pictures/performance_$plot.svg)"
+  done
+  echo
+  cat "$out/$name/results.md"
+}
 
 {
   cat <<'TEXT'
@@ -43,11 +54,8 @@ and the shading's fine noise change counted in; how near the light itself is to 
 
 relMSE: squared error over reference² + 0.01 mean reference², whole picture, linear R G B.
 
-![Fair weather](pictures/performance_error_fair_weather.svg)
-![Above the deck](pictures/performance_error_above_deck.svg)
-
 TEXT
-  cat "$out/pareto/results.md"
+  results pareto error_fair_weather error_above_deck
   cat <<'TEXT'
 
 ## Presets, beside the paper's
@@ -68,33 +76,24 @@ Here: 1280×720, half resolution. `alpha` is what platform I did, `attachment` a
 a base particle: 3, 5 and 7 for the paper's 2, 4 and 6.
 
 TEXT
-  cat "$out/presets/results.md"
+  results presets passes_fair_weather
   cat <<'TEXT'
-
-![Cost by pass](pictures/performance_passes_fair_weather.svg)
 
 ## Scaling
 
 One axis at a time from low quality at 320×180.
 
 TEXT
-  cat "$out/scaling/results.md"
+  results scaling cost_particles cost_pixels cost_distance
   cat <<'TEXT'
-
-![Particles](pictures/performance_cost_particles.svg)
-![Pixels](pictures/performance_cost_pixels.svg)
-![View distance](pictures/performance_cost_distance.svg)
 
 ## Two runs of one sweep
 
 `tools/sweeps/quick.json`, run twice, one after the other; agree: the intervals of the two ratios overlap.
 
-```
 TEXT
-  cat "$out/compare.txt"
-  cat <<'TEXT'
-```
-TEXT
+  results quick_again
+  if [[ -s $out/compare.txt ]]; then printf '\n```\n'; cat "$out/compare.txt"; echo '```'; fi
 } > docs/performance.md.new
 mv docs/performance.md.new docs/performance.md
 echo "docs/performance.md"

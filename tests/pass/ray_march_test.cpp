@@ -84,6 +84,7 @@ TEST_CASE("ray march: transmittance converges to quadrature of the particles' ow
   CHECK(std::count_if(truth.begin(), truth.end(), [](double t) { return t > 0.05 && t < 0.95; }) > 200);
   CHECK(std::count_if(truth.begin(), truth.end(), [](double t) { return t < 0.05; }) > 50);
 
+  constexpr double kLattice = 2e-3;
   double before = 1;
   for (const std::uint32_t steps : {16u, 64u, 256u, 1024u}) {
     const Layer layer = march(particles, steps, size);
@@ -94,12 +95,12 @@ TEST_CASE("ray march: transmittance converges to quadrature of the particles' ow
     }
     const double rmse = std::sqrt(square / double(truth.size()));
     MESSAGE(steps << " steps: RMSE " << rmse << ", bias " << sum / double(truth.size()));
-    CHECK(rmse < (steps < 1024 ? 0.5 * before : before));
+    CHECK(rmse < std::max(0.5 * before, kLattice));
     before = rmse;
   }
-  // What remains is the lattice of 96 vertices a side, and goes with the square of its spacing: 3.2e-3, with 144 vertices
-  // 1.5e-3, in this crowd of optical depths up to some tens.
-  CHECK(before < 4e-3);
+  // What remains is the lattice of 96 vertices a side (it goes with the square of the spacing), in a crowd of optical
+  // depths up to some tens: measured 1.2e-3.
+  CHECK(before < kLattice);
 }
 
 TEST_CASE("ray march: ends at the scene behind it, and at nothing where there is nothing") {
