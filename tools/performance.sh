@@ -50,7 +50,8 @@ variant and the first of its scene in the same repetition: its median, and the i
 How far each way is from the integral of light through the particles' own density, and what it costs. The reference is
 the ray marcher with 2 048 steps; in transmittance it converges to quadrature of that density (`tests/pass/ray_march_test.cpp`).
 Its light is the particles' own model, so these are errors of **integration and resolution alone**, with what the tables
-and the shading's fine noise change counted in; how near the light itself is to a path tracer's they do not say.
+and the shading's fine noise change counted in; how near the light itself is to a path tracer's they do not say. Between
+marches they are distances from the march's own limit, which no blend of whole particles can reach.
 
 relMSE: squared error over reference² + 0.01 mean reference², whole picture, linear R G B.
 
