@@ -21,6 +21,7 @@ constexpr double kMaxCells = 4e6;
 constexpr float kCellsPerRadius = 4.0f;   // of the middle particle; finer cells bound no better than they cost
 constexpr float kThinAboveBaseM = 50.0f;  // as cloud_shade.glsl thins it
 constexpr float kSliver = 1e-4f;          // of a cell: how far past its border the next one is looked up
+constexpr float kResolution = 0x1p-21f;   // a few units in a float's last place
 constexpr float kRouletteBelow = 0.05f;   // transmittances below are kept at it, or dropped
 constexpr float kMatterSteps = 16.0f;     // a cell, in search of the first matter
 constexpr float kFarAboveM = 1e30f;       // an altitude above every base
@@ -209,10 +210,12 @@ template <class Visit>
 void ExtinctionField::walk(const vec3& origin_m, const vec3& direction, float end_m, Visit&& visit) const {
   const vec3 inverse = inverse_of(direction);
   const Span whole = box_span(low_m_, high_m_, origin_m, inverse);
-  const float last_m = std::min(end_m, whole.far_m), sliver_m = kSliver * cell_m_;
+  const float last_m = std::min(end_m, whole.far_m);
   const float grid_per_m = 1.0f / cell_m_;
   float at_m = std::max(0.0f, whole.near_m);
   while (at_m < last_m) {
+    // Rays from the ground may come from 100 km away, where a sliver of a cell is less than a float resolves.
+    const float sliver_m = kSliver * cell_m_ + kResolution * at_m;
     const vec3 p = origin_m + (at_m + sliver_m) * direction;
     const ivec3 cell = glm::clamp(ivec3((p - low_m_) * grid_per_m), ivec3(0), size_ - 1);
     const bool filled = block_filled_[block_index(cell)] != 0;

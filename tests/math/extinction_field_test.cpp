@@ -55,10 +55,10 @@ TEST_CASE("extinction field: the lattice stands for the reference particle itsel
   }
   MESSAGE("lattice: RMS error " << std::sqrt(squares / count) << ", bias " << signed_sum / count << ", worst "
                                 << worst);
-  // Of a density between 0 and 1. Features of 0.2 radii between vertices 0.02 apart err by about (0.02 / 0.2)^2 where
-  // they bend, either way: what counts over a chord is the bias, far below the percent that references are rendered to.
-  CHECK(std::sqrt(squares / count) < 0.012);
-  CHECK(std::abs(signed_sum / count) < 0.0005);
+  // Of a density between 0 and 1; twice what is measured. The finest structure is 0.7 radii long and the vertices 0.02
+  // apart. What counts over a chord is the bias, far below the percent that references are rendered to.
+  CHECK(std::sqrt(squares / count) < 0.002);
+  CHECK(std::abs(signed_sum / count) < 0.0001);
 }
 
 TEST_CASE("extinction field: bounds hold in every box") {
@@ -94,7 +94,7 @@ TEST_CASE("extinction field: the sum of all particles at any point") {
   }
   REQUIRE(inside > 2000);
   // What the lattice leaves (above), a few of them summed; edges of homogeneous particles round either way.
-  CHECK(std::sqrt(squares / inside) < 0.02 * sum / inside);
+  CHECK(std::sqrt(squares / inside) < 0.005 * sum / inside);
 }
 
 TEST_CASE("extinction field: overlapping homogeneous particles let through what the closed form says") {
@@ -153,6 +153,24 @@ TEST_CASE("extinction field: first matter is where the first particle begins") {
   CHECK(first_m({0, 1, 0}, 300.0f) == truth::ExtinctionField::kNever);
   CHECK(first_m({0, -1, 0}, truth::ExtinctionField::kNever) == truth::ExtinctionField::kNever);
   CHECK(first_m({1, 0, 0}, truth::ExtinctionField::kNever) == truth::ExtinctionField::kNever);
+}
+
+// Light that leaves the ground at the horizon: where a float resolves centimetres, tracking must still get on.
+TEST_CASE("extinction field: rays from far away") {
+  const auto particles = heaped_particles(6, 14, 0.006f, true);
+  const TruthScene t(truth_scene(), particles, vec3(0.0f));
+  for (int ray = 0; ray < 8; ++ray) {
+    const vec3 through(20.0f * static_cast<float>(ray) - 70, 500, 5), direction = glm::normalize(vec3(1, 0.3f, 0.01f));
+    MeanAndError far, near;
+    for (int i = 0; i < 2000; ++i) {
+      truth::Random random(15, ray, i);
+      far.add(
+          t.field.transmittance(through - 300000.0f * direction, direction, truth::ExtinctionField::kNever, random));
+      near.add(t.field.transmittance(through - 600.0f * direction, direction, truth::ExtinctionField::kNever, random));
+    }
+    // Standard errors; and the ray, 300 km on, is off by some centimetres of particles 100 m wide.
+    CHECK(std::abs(far.mean() - near.mean()) < 4 * std::hypot(far.error(), near.error()) + 0.01);
+  }
 }
 
 TEST_CASE("extinction field: nothing at all") {
