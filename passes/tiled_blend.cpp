@@ -21,8 +21,6 @@ std::uint32_t tiles_across(std::uint32_t pixels) { return (pixels + shared::kScr
 // Turns (shaded particles) of one pixel of the exact blend before it merges. Lavapipe ends every loop of eight threads
 // once all of theirs have gone round 65 535 times, and a turn takes a handful of rounds.
 constexpr std::uint32_t kTurnsOnCpu = 4096, kTurnsOnGpu = 1u << 18;
-// Lists up to this length take fewer slots in the exact blend, and on a CPU a column of pixels a thread.
-constexpr std::uint32_t kShortList = 128;
 
 bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 
@@ -30,6 +28,12 @@ ComputeKernel shade_kernel(Device& device, const ShaderCode& code, std::uint32_t
   const std::uint32_t turns = (on_cpu(device) ? kTurnsOnCpu : kTurnsOnGpu) / pixels_per_thread;
   const SpecConstant constants[] = {{0, 64 / pixels_per_thread}, {1, pixels_per_thread}, {2, turns}};
   return ComputeKernel(device, code, constants);
+}
+
+ComputeKernel shade_short_kernel(Device& device, BlendMode mode) {
+  if (mode == BlendMode::exact) return shade_kernel(device, shaders::cloud_tiles_comp_exact, on_cpu(device) ? 8 : 1);
+  if (!on_cpu(device)) return shade_kernel(device, shaders::cloud_tiles_comp_volume, 1);
+  return ComputeKernel(device, shaders::cloud_columns_comp);
 }
 
 std::uint32_t pair_capacity(const Device& device, std::uint32_t tiles, std::uint32_t particles) {
@@ -46,8 +50,7 @@ TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width
                        std::uint32_t visible_capacity)
     : tiles_(device, shaders::screen_tiles_comp),
       begins_kernel_(device, shaders::screen_begins_comp),
-      shade_short_(shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact : shaders::cloud_tiles_comp_volume,
-                                on_cpu(device) ? 8 : 1)),
+      shade_short_(shade_short_kernel(device, mode)),
       shade_long_(shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, 1)),
       columns_(tiles_across(layer_width)),
       rows_(tiles_across(layer_height)),
@@ -59,6 +62,7 @@ TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width
       entries_(device, "screen_entries", VkDeviceSize{pairs_.pair_capacity()} * sizeof(std::uint32_t)),
       draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, shared::kDrawTexelsPerParticle * shared::kDrawParticlesPerRow,
                                            (visible_capacity + shared::kDrawParticlesPerRow - 1) / shared::kDrawParticlesPerRow}),
+      long_tiles_(device, "screen_long_tiles", VkDeviceSize{3 + rows_ + columns_ * rows_} * sizeof(std::uint32_t)),
       begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)) {
   NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
 }
@@ -82,6 +86,7 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                                       .pair_count = offsetof(FrameCounters, screen_pair_count),
                                       .pair_groups = offsetof(FrameCounters, screen_pair_groups)},
                                      order_, rectangles_);
+  frame.fill("screen_tiles", long_tiles_, 0);
   frame.compute({.name = "screen_tiles",
                  .kernel = &begins_kernel_,
                  .bindings = {{0, lists.ranges, Access::storage_read},
@@ -89,29 +94,33 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                               {2, near_m_, Access::storage_read},
                               {3, pixels_, Access::storage_read},
                               {4, entries_, Access::storage_write},
-                              {5, begins_m_, Access::storage_write}},
+                              {5, begins_m_, Access::storage_write},
+                              {6, long_tiles_, Access::storage_read_write}},
                  .push = as_push(glm::uvec2(columns_, rows_)),
                  .groups = {(pairs_.tile_count() + 31) / 32, 1, 1}});
-  const auto shade = [&](const ComputeKernel& kernel, std::uint32_t shortest, std::uint32_t longest) {
-    frame.compute({.name = "shade_blend",
-                   .kernel = &kernel,
-                   .bindings = {{0, inputs.frame_constants, Access::uniform},
-                                {1, draw_texels_, Access::sampled, Sampler::nearest_clamp},
-                                {2, inputs.tables.optical_depth(), Access::sampled},
-                                {3, inputs.tables.multiple_scattering(), Access::sampled},
-                                {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
-                                {5, lists.ranges, Access::storage_read},
-                                {6, entries_, Access::storage_read},
-                                {7, begins_m_, Access::storage_read},
-                                {8, inputs.counters, Access::storage_read_write},
-                                {9, layer_color, Access::storage_write},
-                                {10, layer_depth, Access::storage_write},
-                                {11, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp}},
-                   .push = as_push(glm::uvec2(shortest, longest)),
-                   .groups = {columns_, rows_, 1}});
+  const auto shade = [&](const ComputeKernel& kernel, std::uint32_t long_lists) {
+    ComputeStep step{.name = "shade_blend",
+                     .kernel = &kernel,
+                     .bindings = {{0, inputs.frame_constants, Access::uniform},
+                                  {1, draw_texels_, Access::sampled, Sampler::nearest_clamp},
+                                  {2, inputs.tables.optical_depth(), Access::sampled},
+                                  {3, inputs.tables.multiple_scattering(), Access::sampled},
+                                  {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
+                                  {5, lists.ranges, Access::storage_read},
+                                  {6, entries_, Access::storage_read},
+                                  {7, begins_m_, Access::storage_read},
+                                  {8, inputs.counters, Access::storage_read_write},
+                                  {9, layer_color, Access::storage_write},
+                                  {10, layer_depth, Access::storage_write},
+                                  {11, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
+                                  {12, long_tiles_, Access::storage_read}},
+                     .push = as_push(long_lists),
+                     .groups = {columns_, rows_, 1}};
+    if (long_lists == 1) step.indirect = {&long_tiles_, 0};
+    frame.compute(std::move(step));
   };
-  shade(shade_short_, 0, kShortList);
-  shade(shade_long_, kShortList + 1, ~0u);
+  shade(shade_short_, 0);
+  shade(shade_long_, 1);
 }
 
 }  // namespace nephele

@@ -41,7 +41,7 @@ class TiledBlend {
   TilePairs pairs_;
   Buffer rectangles_, near_m_, order_, pixels_, entries_;
   Image draw_texels_;
-  Buffer begins_m_;
+  Buffer long_tiles_, begins_m_;
 };
 
 }  // namespace nephele

@@ -7,6 +7,7 @@
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
 #include "shared/scattering.h"
+#include "shared/screen_bounds.h"
 #include "shared/types.h"
 #include "shared/world.h"
 #include "camera_rays.glsl"
@@ -115,6 +116,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   vec3 entry = normalize(closest - half_chord * step);
   vec3 exit = normalize(closest + half_chord * step);
   float h = min(half_chord * length(step), 1.0);
+  if ((p.flags & kParticleDetail) != 0u && h < kRimFrom) return false;  // the detail erodes what little is there
   bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
   vec2 matter = homogeneous ? vec2(1.0, 0.0) : fetch_optical_depth(optical_depth_table, entry, exit);
   float tau_chord = matter.x * p.extinction_per_m * 2.0 * half_chord;

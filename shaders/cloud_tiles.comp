@@ -13,29 +13,7 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const uint kPixelsPerThread = 1u;  // times the group's size: 64
 layout(constant_id = 2) const uint kExactTurns = 1u;       // a pixel of the exact blend may shade, before it merges
-layout(push_constant) uniform Push { uint shortest, longest; };  // lists that this dispatch is for
-layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform sampler2D draw_texels;
-layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
-layout(set = 0, binding = 3) uniform sampler3D multiple_table;
-layout(set = 0, binding = 4) uniform sampler3D detail_noise;
-layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
-layout(scalar, set = 0, binding = 6) readonly buffer List { uint list[]; };      // screen_bounds.h entries
-layout(scalar, set = 0, binding = 7) readonly buffer Begins { float begins_m[]; };
-layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
-layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
-layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
-layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  // metres to what stands behind
-
-#include "cloud_shade.glsl"
-#include "draw_texels.glsl"
-
-// The first place from `at` on whose particle may cover the pixel: one load a place. On a CPU the eight lanes of a
-// batch so find their particles one by one and shade them together.
-uint next_place(uint at, uint end, uvec2 in_tile) {
-  while (at < end && !entry_covers(list[at], in_tile)) ++at;
-  return at;
-}
+#include "cloud_tiles.glsl"
 
 // A pixel's walk through its tile's list. walk_next steps to the next place to shade, false when the pixel is done;
 // walk_take takes what was shaded there.
@@ -136,8 +114,8 @@ float walk_first_m(Walk walk) { return walk.state.first_m; }
 #endif
 
 void main() {
-  const uvec2 range = ranges[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x];
-  if (range.y - range.x < shortest || range.y - range.x > longest) return;
+  uvec2 tile, range;
+  if (!find_tile(tile, range)) return;
   uint next_pixel = gl_LocalInvocationID.x, shaded = 0u;
   uvec2 pixel = uvec2(0u), in_tile = uvec2(0u);
   vec3 direction = vec3(0.0);
@@ -151,13 +129,13 @@ void main() {
         has_place = walk_next(walk, in_tile);
         if (!has_place) {
           imageStore(layer_color, ivec2(pixel), walk_color(walk));
-          imageStore(layer_depth, ivec2(pixel), vec4(walk_first_m(walk) < kNoMatterM ? walk_first_m(walk) : uintBitsToFloat(0x7f800000u)));
+          imageStore(layer_depth, ivec2(pixel), first_matter(walk_first_m(walk)));
           has_pixel = false;
         }
       }
       if (!has_pixel && next_pixel < 64u) {
         in_tile = uvec2(next_pixel % kScreenTilePx, next_pixel / kScreenTilePx);
-        pixel = gl_WorkGroupID.xy * kScreenTilePx + in_tile;
+        pixel = tile * kScreenTilePx + in_tile;
         next_pixel += 64u / kPixelsPerThread;
         has_pixel = all(lessThan(pixel, frame.layer_size_px));
         direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);

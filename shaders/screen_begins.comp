@@ -1,5 +1,6 @@
 // Finishes the screen tiles' lists: every place gets its entry (screen_bounds.h) and the distance before which nothing
-// from here on in the list begins. One thread walks one list from its end.
+// from here on in the list begins. One thread walks one list from its end. And gathers the tiles with long lists row by row; in
+// what order is left to chance, and changes nothing.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -13,12 +14,19 @@ layout(scalar, set = 0, binding = 2) readonly buffer Nears { float near_m[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer Pixels { uvec2 pixels[]; };
 layout(scalar, set = 0, binding = 4) writeonly buffer Entries { uint entries[]; };
 layout(scalar, set = 0, binding = 5) writeonly buffer Begins { float begins_m[]; };
+layout(scalar, set = 0, binding = 6) buffer LongTiles { uvec3 long_groups; uint long_tiles[]; };  // a count a row, then tiles' columns
 layout(push_constant) uniform Push { uint tile_columns, tile_rows; };
 
 void main() {
   const uint tile = gl_GlobalInvocationID.x;
   if (tile >= tile_columns * tile_rows) return;
   const uvec2 place = uvec2(tile % tile_columns, tile / tile_columns);
+  if (tile == 0u) long_groups.yz = uvec2(tile_rows, 1u);
+  if (ranges[tile].y - ranges[tile].x > kShortList) {
+    const uint at = atomicAdd(long_tiles[place.y], 1u);
+    long_tiles[tile_rows + place.y * tile_columns + at] = place.x;
+    atomicMax(long_groups.x, at + 1u);
+  }
   float least = kNoMatterM;
   for (uint i = ranges[tile].y; i-- > ranges[tile].x;) {
     const uint particle = list[i];

@@ -9,6 +9,8 @@
 NEPHELE_SHARED_BEGIN
 
 NEPHELE_CONST(uint, kScreenTilePx, 8u);
+// Lists up to this length take fewer slots in the exact blend, and on a CPU a column of pixels a thread.
+NEPHELE_CONST(uint, kShortList, 128u);
 
 // Interval of one normalised device coordinate s. The plane s = const through the camera has the normal
 // across - s * forward (rows of clip_from_render); it touches the ellipsoid where its distance to the centre equals
@@ -30,6 +32,11 @@ NEPHELE_FN bool screen_interval(vec3 across, vec3 forward, mat3 render_from_refe
   high = middle + (-ab + reach) / in_front;
   return true;
 }
+
+// Shorter half chords of a particle with fine detail show nothing (cloud_shade.glsl): their mean density is a few
+// hundredths of the peak at most. So of its unit sphere only what lies within this radius shows.
+NEPHELE_CONST(float, kRimFrom, 0.3f);
+NEPHELE_CONST(float, kRimRadius, 0.9539392f);  // sqrt(1 - kRimFrom^2)
 
 // First pixel and pixel past the last whose centres lie in the interval, widened by the rounding of rays and rows.
 // A layer pixel p has its centre at (p + 1/2) * scale in image pixels.

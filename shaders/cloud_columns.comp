@@ -1,0 +1,75 @@
+// The volume blend of tiles with short lists on a CPU: eight threads, each with a column of pixels. There all lanes go
+// through every branch and every loop's body, needed or not, so the loop that shades does nothing else: segments go to a
+// stack, and once a column is through, all lanes fold theirs row by row. The picture is cloud_tiles.comp's.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "shared/blend.h"
+#include "shared/screen_bounds.h"
+#include "shared/types.h"
+
+layout(local_size_x = 8) in;
+
+#include "cloud_tiles.glsl"
+
+const uint kStack = kShortList;  // segments: those of one pixel always fit
+BlendSegment stack[kStack];
+uint row_begin[kScreenTilePx + 1u];  // of each row's segments in the stack
+
+void main() {
+  uvec2 tile, range;
+  if (!find_tile(tile, range)) return;
+  const float opaque_depth = -log(kOpaqueTransmittance);
+  const uint column = gl_LocalInvocationID.x;
+  const uvec2 first_pixel = tile * kScreenTilePx + uvec2(column, 0u);
+  const uint rows = first_pixel.x < frame.layer_size_px.x ? min(kScreenTilePx, frame.layer_size_px.y - first_pixel.y) : 0u;
+  uint shaded = 0u;
+  for (uint from_row = 0u; from_row < rows;) {
+    // Forward: up to the last row, or to the one whose segments find no room; that one is begun anew afterwards.
+    uint row = from_row, place = range.x, count = 0u;
+    float depth = 0.0, reach_m = 0.0;
+    bool full = false;
+    row_begin[row] = 0u;
+    for (;;) {
+      bool has_place = false;
+      while (!has_place && row < rows && !full) {
+        place = next_place(place, range.y, uvec2(column, row));
+        // Where the pixel is opaque and a gap follows, the rest cannot change what is in front of it (cloud_tiles.comp).
+        has_place = place < range.y && !(depth >= opaque_depth && begins_m[place] >= reach_m);
+        if (!has_place) {
+          row_begin[++row] = count;
+          place = range.x;
+          depth = reach_m = 0.0;
+        }
+      }
+      if (!has_place) break;
+      const uvec2 pixel = first_pixel + uvec2(0u, row);
+      const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
+      const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
+      BlendSegment segment;
+      if (shade_particle(load_draw_particle(draw_texels, entry_particle(list[place])), direction, limit_m, segment)) {
+        ++shaded;
+        reach_m = max(reach_m, segment.far_m);
+        depth += segment.extinction_per_m * (segment.far_m - segment.near_m);
+        full = count == kStack;
+        if (!full) stack[count++] = segment;
+      }
+      ++place;
+    }
+    // Back: the stack's top is the last row's farthest segment.
+    if (full) count = row_begin[row];
+    const uint past_row = row;
+    for (uint r = kScreenTilePx; r-- > 0u;) {
+      if (r >= from_row && r < past_row) {
+        BlendState state = blend_empty();
+        while (count > row_begin[r]) blend_add(state, stack[--count]);
+        blend_finish(state);
+        const ivec2 pixel = ivec2(first_pixel) + ivec2(0, r);
+        imageStore(layer_color, pixel, vec4(state.committed, state.transmittance));
+        imageStore(layer_depth, pixel, first_matter(state.first_m));
+      }
+    }
+    from_row = past_row;
+  }
+  if (shaded > 0u) atomicAdd(counters.pairs_shaded, shaded);
+}

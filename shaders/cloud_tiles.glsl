@@ -1,0 +1,45 @@
+// What the shaders of a screen tile share: bindings, and the search through the tile's list. The including shader
+// includes exact_blend.h or blend.h, screen_bounds.h and types.h before.
+#ifndef NEPHELE_CLOUD_TILES_GLSL
+#define NEPHELE_CLOUD_TILES_GLSL
+
+layout(push_constant) uniform Push { uint long_lists; };  // 1: only the tiles with long lists, by LongTiles; 0: the others
+layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+layout(set = 0, binding = 1) uniform sampler2D draw_texels;
+layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
+layout(set = 0, binding = 3) uniform sampler3D multiple_table;
+layout(set = 0, binding = 4) uniform sampler3D detail_noise;
+layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
+layout(scalar, set = 0, binding = 6) readonly buffer List { uint list[]; };      // screen_bounds.h entries
+layout(scalar, set = 0, binding = 7) readonly buffer Begins { float begins_m[]; };
+layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
+layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
+layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
+layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  // metres to what stands behind
+layout(scalar, set = 0, binding = 12) readonly buffer LongTiles { uvec3 long_groups; uint long_tiles[]; };  // screen_begins.comp
+
+#include "cloud_shade.glsl"
+#include "draw_texels.glsl"
+
+// The first place from `at` on whose particle may cover the pixel: one load a place. On a CPU the eight lanes of a
+// batch so find their particles one by one and shade them together.
+uint next_place(uint at, uint end, uvec2 in_tile) {
+  while (at < end && !entry_covers(list[at], in_tile)) ++at;
+  return at;
+}
+
+// The tile of this workgroup and its list; false when there is nothing for it to do. A CPU goes through all of a shader's
+// code even then, so tiles with long lists, mostly few, have a dispatch of just as many groups.
+bool find_tile(out uvec2 tile, out uvec2 range) {
+  tile = gl_WorkGroupID.xy;
+  const uint columns = (frame.layer_size_px.x + kScreenTilePx - 1u) / kScreenTilePx;
+  const bool exists = long_lists == 0u || tile.x < long_tiles[tile.y];
+  if (exists && long_lists == 1u) tile.x = long_tiles[gl_NumWorkGroups.y + tile.y * columns + tile.x];
+  range = exists ? ranges[tile.y * columns + tile.x] : uvec2(0u);
+  return exists && (long_lists == 1u) == (range.y - range.x > kShortList);
+}
+
+// The metres to the first matter as the layer holds them: +inf without.
+vec4 first_matter(float first_m) { return vec4(first_m < kNoMatterM ? first_m : uintBitsToFloat(0x7f800000u)); }
+
+#endif
