@@ -1,4 +1,4 @@
-// The tiled backend: shading and blending of the visible particles in compute, a thread a pixel, over lists of the
+// The tiled backend: shading and blending of the visible particles in compute, a thread a pixel (on a CPU a column), over lists of the
 // particles that each tile of 8 x 8 pixels may show. Runs on every device.
 //
 // reads -> writes: draw particles (farthest first), tables, counters -> layer colour and depth; in counters
