@@ -30,6 +30,7 @@ void read_clouds(JsonObject& json, CloudSettings& clouds) {
   json.number("base_m", clouds.base_m, {0, 20000});
   json.number("thickness_m", clouds.thickness_m, {1, 20000});
   json.number("extinction_per_m", clouds.extinction_per_m, {0, 1000});
+  json.number("growth_period_s", clouds.growth_period_s, {0, 1e6});
   json.vector("wind_m_per_s", clouds.wind_m_per_s, {{-500, 500}});
   json.number("view_distance_m", clouds.view_distance_m, {1, 500000});
 }

@@ -45,6 +45,7 @@ struct CloudSettings {
   float thickness_m = 900.0f;
   float extinction_per_m = 0.05f;
   glm::dvec2 wind_m_per_s{6.0, 2.0};
+  double growth_period_s = 0.0;  // each cloud grows and shrinks once in this time, out of step with the others; 0: never
   float view_distance_m = 80000.0f;
 };
 

@@ -52,6 +52,13 @@ std::uint32_t ring_count_for(const FrameConstants& constants) {
   return count;
 }
 
+// Double precision until only the fraction of a turn is left: a cycle is as smooth after a year.
+float growth_turns(const Scene& scene, double time_s) {
+  if (!scene.clouds || scene.clouds->growth_period_s <= 0.0) return -1.0f;
+  const double turns = time_s / scene.clouds->growth_period_s;
+  return std::min(static_cast<float>(turns - std::floor(turns)), std::nextafter(1.0f, 0.0f));
+}
+
 // What does not change from frame to frame.
 FrameConstants fixed_constants(const Scene& scene, const RenderSettings& settings) {
   FrameConstants c{};
@@ -123,7 +130,7 @@ struct Renderer::Implementation {
     const shared::GridPlace place = shared::grid_place(shared::cloud_from_world(from_origin(scene, camera.position_m), wind, time_s));
     constants.origin_index = place.origin_index;
     constants.camera_grid_m = place.grid_m;
-    constants.time_s = static_cast<float>(time_s);
+    constants.growth_turns = growth_turns(scene, time_s);
   }
 
   Device& device;

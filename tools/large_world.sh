@@ -42,6 +42,10 @@ Written by `tools/large_world.sh`, figures and plot included.
 A cloud is a function of its place in the air, of time and of the seed ([rendering.md](rendering.md), "Spaces"). Neither the camera's path,
 nor rings, nor history enter: tests compare frames at x = 0 and at 10 000 km, flown and fresh, culled and unculled.
 
+The wind carries clouds along with the lattices they stand on, so a drifting cloud keeps its shape. With `"growth_period_s"` in a scene's
+`"clouds"` each cloud centre grows and shrinks once in that time by 60 % of its area about the mean, and its height with it, at
+a phase of its own: coverage stays. 1800 is natural; the default, 0, keeps every cloud as it is.
+
 ## Rings
 
 Cells double in size from ring to ring, starting at 184 m. There are as few rings as reach the view distance, 8 at most:

@@ -23,6 +23,7 @@ NEPHELE_CONST(uint, kBaseCells, 67u);        // 1406 m
 NEPHELE_CONST(uint, kDeckCells, 48u);        // 1963 m
 NEPHELE_CONST(float, kDeckRadiusM, 900.0f);
 
+NEPHELE_CONST(float, kGrowth, 0.6f);         // of a feature's area over its cycle; its mean is the area without growth
 NEPHELE_CONST(float, kWarpM, 260.0f);        // amplitude; noise reaches 1
 
 // Independent streams of the seed.
@@ -42,6 +43,7 @@ struct CloudParams {
   uint seed;            // hashed
   float fullness;       // the c that gives the asked-for area fraction
   float deck;           // above -1: a closed layer grows between the clouds
+  float growth_turns;   // FrameConstants
   float base_m;
   float thickness_m;
 };
@@ -114,9 +116,11 @@ NEPHELE_FN CloudFeature cloud_feature(CloudParams params, uint lattice, ivec2 ce
   float axis_x = cos(kPi * unit_float(hash_next(h)));
   float stretch = uniform_float(h, 1.0f, 1.6f);
   float vigour = unit_float(hash_next(h));
+  float turn = params.growth_turns + unit_float(hash_next(h));
   float e = params.fullness + 0.5f * world_fbm(params, f.center_m, kWeatherCells, kSeedWeather, 2);
   float chance = saturate(1.6f * e + 0.15f) * likeliest;
   float radius = mix(0.18f, 0.75f, pow(u, 1.6f)) * sqrt(clamp(e, 0.05f, 1.2f) / 0.45f);
+  if (params.growth_turns >= 0.0f) radius *= sqrt(1.0f + kGrowth * cos(2.0f * kPi * turn));
   // Centres keep 0.075 cells off their cell's border, so what lies beyond the 3 x 3 neighbourhood is 1.075 cells away.
   f.radius_m = presence < chance ? min(radius, 1.05f / stretch) * spacing : 0.0f;
   f.stretch = stretch;
@@ -156,6 +160,7 @@ NEPHELE_FN CloudParams cloud_params(FrameConstants frame) {
   params.seed = hash_uint(frame.seed);
   params.fullness = fullness_for(frame.coverage);
   params.deck = deck_for(frame.coverage);
+  params.growth_turns = frame.growth_turns;
   params.base_m = frame.base_m;
   params.thickness_m = frame.thickness_m;
   return params;

@@ -136,3 +136,36 @@ TEST_CASE("features keep their precision in a buffer") {
       CHECK(f.radius_m * f.stretch <= 1.0501f * spacing);  // else the 3 x 3 neighbourhood cuts it
     }
 }
+
+TEST_CASE("growth is periodic, slow and out of step, and keeps the coverage") {
+  FrameConstants frame = cloud_frame();
+  frame.coverage = 0.4f;
+  const auto at = [&](float turns) {
+    frame.growth_turns = turns;
+    return cloud_params(frame);
+  };
+  std::mt19937 random(12);
+  std::uniform_real_distribution<float> place(-60000.0f, 60000.0f);
+  constexpr int kPoints = 6000;
+  int covered = 0, grown = 0, changed = 0;
+  float largest = 0.0f;
+  for (int i = 0; i < kPoints; ++i) {
+    const vec2 p(place(random), place(random));
+    const float still = cloud_sample(at(-1.0f), p).d, now = cloud_sample(at(0.3f), p).d, later = cloud_sample(at(0.55f), p).d;
+    covered += (now > 0.0f) - (still > 0.0f);
+    grown += later > now + 1e-3f;
+    changed += std::fabs(later - now) > 1e-3f;
+    largest = max(largest, std::fabs(cloud_sample(at(0.3001f), p).d - now));
+  }
+  CHECK(std::abs(covered) < kPoints * 3 / 100);  // of the area; the same bound as for the coverage itself
+  CHECK(changed > kPoints / 5);
+  CHECK(grown > changed / 3);
+  CHECK(grown < changed * 2 / 3);
+  // A ten-thousandth of a turn moves edges by up to kGrowth * pi / 10 000 / 0.4 of a radius (areas shrink to 0.4), but
+  // for cores that lobes cut short.
+  CHECK(largest < 0.05f);
+  for (int i = 0; i < 50; ++i) {  // the turn's end is its beginning
+    const ivec2 cell(i % 10, i / 10);
+    CHECK(cloud_feature(at(0.0f), 0u, cell).radius_m == doctest::Approx(cloud_feature(at(0.9999999f), 0u, cell).radius_m).epsilon(1e-5));
+  }
+}

@@ -32,7 +32,7 @@ const char* const kFullScene = R"({
   "ground": {"enabled": false, "albedo": [0.1, 0.2, 0.3]},
   "exposure_ev": -1.5,
   "clouds": {"seed": 4294967295, "coverage": 0.3, "base_m": 900, "thickness_m": 800, "extinction_per_m": 0.04,
-             "wind_m_per_s": [-6, 2], "view_distance_m": 50000},
+             "wind_m_per_s": [-6, 2], "growth_period_s": 1800, "view_distance_m": 50000},
   "phase": {"function": "cs", "g": 0.7},
   "particles": [
     {"center_m": [0, 500, 1500], "radius_m": [100, 90, 60], "yaw_deg": 30, "density": 0.7,
@@ -64,6 +64,7 @@ TEST_CASE("scene: every key arrives, in SI units and radians") {
   CHECK(scene.clouds->thickness_m == 800.0f);
   CHECK(scene.clouds->extinction_per_m == 0.04f);
   CHECK(scene.clouds->wind_m_per_s == glm::dvec2(-6, 2));
+  CHECK(scene.clouds->growth_period_s == 1800.0);
   CHECK(scene.clouds->view_distance_m == 50000.0f);
   CHECK(scene.phase.function == PhaseFunction::cornette_shanks);
   CHECK(scene.phase.g == 0.7);
@@ -112,7 +113,7 @@ TEST_CASE("scene: errors name file, key path, value and what is accepted") {
         "scene.json: clouds.coverage is 1.5; accepted: a number from 0 to 1");
   CHECK(complaint(R"({"clouds": {"coverge": 1}})") ==
         "scene.json: unknown key clouds.coverge; accepted: seed, coverage, base_m, thickness_m, extinction_per_m, "
-        "wind_m_per_s, view_distance_m");
+        "growth_period_s, wind_m_per_s, view_distance_m");
   CHECK(complaint(R"({"cloud": {}})") ==
         "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, exposure_ev, clouds, phase, "
         "particles");

@@ -32,6 +32,7 @@ inline shared::FrameConstants cloud_frame(const CameraState& camera = {}) {
   frame.layer_count = 5;
   frame.crown_per_cell = 2.5f;
   frame.inner_cell_m = 184.0f;
+  frame.growth_turns = -1.0f;
   return frame;
 }
 
