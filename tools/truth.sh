@@ -25,5 +25,6 @@ for name in "${scenes[@]}"; do
   touch tools/truth/summary.md
   sed -i "/^| $name |/d" tools/truth/summary.md
   sed -n "s/.*: \\([0-9]*\\) samples a pixel, mean relative standard error \\(.*\\)/| $name | \\1 | \\2 |/p" "$work/$name.txt" >>tools/truth/summary.md
+  sort -o tools/truth/summary.md tools/truth/summary.md
   echo "$name: $((SECONDS - started)) s"
 done
