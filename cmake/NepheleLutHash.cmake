@@ -2,7 +2,7 @@
 # baked table contains. Cached tables carry it, so that a changed bake never meets an old file.
 function(nephele_lut_hash target)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lut/*.cpp ${PROJECT_SOURCE_DIR}/lut/*.h)
-  list(FILTER sources EXCLUDE REGEX "/(gpu_)?tables\\.|/npy\\.|/(chord_maps|oracles|verification)\\.")
+  list(FILTER sources EXCLUDE REGEX "/(gpu_|paper_)?tables\\.|/npy\\.|/(chord_maps|oracles|verification)\\.")
   foreach(header hash noise phase ellipsoid prelude reference_particle scattering table_axes)
     list(APPEND sources ${PROJECT_SOURCE_DIR}/shaders/shared/${header}.h)
   endforeach()

@@ -6,6 +6,9 @@
 
 namespace nephele {
 
+// A table as a 3D texture of its own shape.
+Image upload_table(Device& device, const Table& table, VkFormat format);
+
 class GpuTables {
  public:
   GpuTables(Device& device, const Tables& tables);

@@ -17,8 +17,8 @@ namespace nephele {
 
 namespace {
 
-double phase_per_sr(const SphereProblem& problem, double mu) {
-  return shared::phase_per_sr(problem.phase_function, static_cast<float>(mu), static_cast<float>(problem.g));
+double phase_per_sr(const SphereProblem& problem, double mu, double g) {
+  return shared::phase_per_sr(problem.phase_function, static_cast<float>(mu), static_cast<float>(g));
 }
 
 constexpr int kRefine = 3;  // fine polar nodes per coarse interval: they resolve the horizon's kink
@@ -33,6 +33,7 @@ struct SphereSolution::State {
   std::size_t size() const { return static_cast<std::size_t>(grid.polars) * grid.radii * grid.thetas * grid.modes; }
   double theta(int j) const { return kHalfTau * j / (grid.thetas - 1); }
 
+  void build();
   void build_rays();
   void build_opacity_modes();
   void build_phase_matrices();
@@ -40,6 +41,7 @@ struct SphereSolution::State {
   void apply(const float* source, float* scattered);
   void add_diffusion(const float* rest, float* corrected) const;
   void fill_slice(const float* source, int polar, float* slice) const;
+  void keep(const float* source);
   RayPoint locate(double x, double y, double z, double azimuth) const;
   void scatter_cell(int cell, const float* fine_lambda, const AlignedFloats& matrix, float* scattered) const;
 
@@ -111,6 +113,12 @@ RayPoint SphereSolution::State::locate(double x, double y, double z, double azim
   point.offset = (i * (grid.thetas + 2) + j) * grid.modes;
   point.cosine_at = cosines.place(azimuth - std::atan2(y, x));
   return point;
+}
+
+void SphereSolution::State::build() {
+  build_rays();
+  build_opacity_modes();
+  build_phase_matrices();
 }
 
 void SphereSolution::State::build_rays() {
@@ -201,10 +209,10 @@ void SphereSolution::State::build_phase_matrices() {
         std::fill(kernel.begin(), kernel.end(), 0.0);
         for (int k = 0; k < azimuths; ++k) {
           // Average over the sub-interval is what the trapezoid means; cos of the scattering angle is at most 1.
-          const double p = phase_per_sr(problem, std::min(1.0, a + b * cosine[k * modes + 1]));
+          const double p = phase_per_sr(problem, std::min(1.0, a + b * cosine[k * modes + 1]), problem.g);
           for (int m = 0; m < modes; ++m) kernel[m] += p * cosine[k * modes + m];
         }
-        const double beam = phase_per_sr(problem, std::cos(other));
+        const double beam = phase_per_sr(problem, std::cos(other), problem.g_first.value_or(problem.g));
         double w[4];
         cubic_weights(rule.nodes[q] + 1, w);
         for (int tap = 0; tap < 4; ++tap) {
@@ -371,6 +379,16 @@ void SphereSolution::State::add_diffusion(const float* rest, float* corrected) c
       corrected[(static_cast<std::size_t>(a) * cells + cell) * modes] += static_cast<float>(flux[cell] / (2 * kTau));
 }
 
+// The solution: only the slices and axes are needed from here on.
+void SphereSolution::State::keep(const float* source) {
+  for (int a = 0; a < grid.polars; ++a) fill_slice(source, a, &slices[a * slice_floats()]);
+  rays = {};
+  opacity_modes = {};
+  phase_matrix = {};
+  beam_matrix = {};
+  lambda = {};
+}
+
 SphereSolution::SphereSolution() = default;
 SphereSolution::SphereSolution(SphereSolution&&) noexcept = default;
 SphereSolution& SphereSolution::operator=(SphereSolution&&) noexcept = default;
@@ -393,9 +411,7 @@ SphereSolution solve_sphere(const SphereProblem& problem, const SphereGrid& grid
   SphereSolution solution;
   solution.state_ = std::make_unique<SphereSolution::State>(problem, grid);
   SphereSolution::State& state = *solution.state_;
-  state.build_rays();
-  state.build_opacity_modes();
-  state.build_phase_matrices();
+  state.build();
   const std::vector<float> second = state.second_order_source();
   // (1 - K) M y = second, J = M y, with M = 1 + diffusion.
   std::vector<float> corrected(state.size());
@@ -407,15 +423,25 @@ SphereSolution solve_sphere(const SphereProblem& problem, const SphereGrid& grid
       },
       second, residual, 100, 1000);
   state.add_diffusion(solved.x.data(), corrected.data());
-  for (int a = 0; a < grid.polars; ++a) state.fill_slice(corrected.data(), a, &state.slices[a * state.slice_floats()]);
+  state.keep(corrected.data());
   state.applications = solved.applications;
   state.residual = solved.residual;
-  // Only the slices and axes are needed from here on.
-  state.rays = {};
-  state.opacity_modes = {};
-  state.phase_matrix = {};
-  state.beam_matrix = {};
-  state.lambda = {};
+  return solution;
+}
+
+SphereSolution sum_orders(const SphereProblem& problem, const SphereGrid& grid, int last_order) {
+  SphereSolution solution;
+  solution.state_ = std::make_unique<SphereSolution::State>(problem, grid);
+  SphereSolution::State& state = *solution.state_;
+  state.build();
+  std::vector<float> order = state.second_order_source(), next(order.size()), sum = order;
+  for (int k = 3; k <= last_order; ++k) {
+    state.apply(order.data(), next.data());
+    std::swap(order, next);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += order[i];
+  }
+  state.keep(sum.data());
+  state.applications = std::max(0, last_order - 2);
   return solution;
 }
 

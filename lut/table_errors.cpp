@@ -29,7 +29,13 @@ vec3 random_direction(std::uint32_t& state) {
 
 }  // namespace
 
-TransmittanceError transmittance_error(const FloatTexture& optical_depth, int chords, const MeanDensity& truth_of) {
+TransmittanceError transmittance_error(const FloatTexture& optical_depth, int chords, const MeanDensity& truth) {
+  return transmittance_error(
+      [&](const vec3& entry, const vec3& exit) { return double{fetch_optical_depth(optical_depth, entry, exit).x}; },
+      chords, truth);
+}
+
+TransmittanceError transmittance_error(const MeanDensity& fetched_of, int chords, const MeanDensity& truth_of) {
   constexpr float kPeakOpticalRadius = 8;
   std::vector<double> errors(chords), magnitudes(chords), squares(chords), density_squares(chords);
   parallel_for(chords, [&](int i) {
@@ -38,7 +44,7 @@ TransmittanceError transmittance_error(const FloatTexture& optical_depth, int ch
     const float impact = std::sqrt(shared::uniform_float(state, 0, 1)), half = std::sqrt(1 - impact * impact);
     const vec3 entry = impact * side - half * along, exit = impact * side + half * along;
     const double scale = -2.0 * half * kPeakOpticalRadius;
-    const double fetched = fetch_optical_depth(optical_depth, entry, exit).x;
+    const double fetched = fetched_of(entry, exit);
     const double truth = truth_of(entry, exit);
     errors[i] = std::exp(scale * fetched) - std::exp(scale * truth);
     magnitudes[i] = std::abs(errors[i]);

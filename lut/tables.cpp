@@ -13,6 +13,7 @@
 #include "lut/bake.h"
 #include "lut/oracles.h"
 #include "lut/table_errors.h"
+#include "lut/table_metadata.h"
 #include "shared/table_axes.h"
 
 #ifndef NEPHELE_LUT_HASH
@@ -44,12 +45,6 @@ json multiple_scattering_parameters(const TableParameters& p) {
           {"residual", p.residual}};
 }
 
-json common_metadata(const char* name, const json& parameters, const NpyArray& array) {
-  return {{"format", "nephele table"},     {"version", kFormatVersion},  {"table", name},
-          {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters},   {"dtype", npy_descriptor(array.type)},
-          {"shape", array.shape},          {"bytes", array.data.size()}, {"data_fnv1a", hex64(fnv1a(array.data))}};
-}
-
 std::string cache_stem(const char* name, const json& parameters) {
   const std::string key =
       json{{"version", kFormatVersion}, {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters}}.dump();
@@ -71,27 +66,13 @@ std::optional<float> mean_fill_of(const Table& table) {
   return metadata["mean_fill"].get<float>();
 }
 
-// Whether the table is what `parameters` ask for, made by this version.
-Result<void> check_table(const Table& table, const std::filesystem::path& json_path, const char* name,
-                         const json& parameters, const std::vector<std::size_t>& shape) {
-  const json metadata = json::parse(table.metadata);
-  if (metadata["table"] != name)
-    return Error{json_path.string() + ": table: " + metadata["table"].dump() + ", expected " + name};
-  if (metadata["generator"] != NEPHELE_LUT_HASH)
-    return Error{json_path.string() + ": generator: made by another version"};
-  if (metadata["parameters"] != parameters) return Error{json_path.string() + ": parameters: not those asked for"};
-  if (table.array.shape != shape) return Error{json_path.string() + ": shape: not what the parameters ask for"};
-  if (name == kOpticalDepth && !mean_fill_of(table))
-    return Error{json_path.string() + ": mean_fill: a number is expected"};
-  return {};
-}
-
 // The cached table when it is there and is what `parameters` ask for.
 Result<Table> load_cached(const std::filesystem::path& json_path, const char* name, const json& parameters,
                           const std::vector<std::size_t>& shape) {
   Result<Table> table = load_table(json_path);
   if (!table) return table;
-  if (Result<void> checked = check_table(*table, json_path, name, parameters, shape); !checked) return checked.error();
+  if (Result<void> checked = check_table(*table, name, parameters, ElementType::float16, shape); !checked)
+    return checked.error();
   return table;
 }
 
@@ -140,6 +121,24 @@ Table load_or_bake_one(const std::filesystem::path& dir, const char* name, const
 }
 
 }  // namespace
+
+json table_metadata(const char* name, const json& parameters, const NpyArray& array) {
+  return {{"format", "nephele table"},     {"version", kFormatVersion},  {"table", name},
+          {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters},   {"dtype", npy_descriptor(array.type)},
+          {"shape", array.shape},          {"bytes", array.data.size()}, {"data_fnv1a", hex64(fnv1a(array.data))}};
+}
+
+Result<void> check_table(const Table& table, const char* name, const json& parameters, ElementType type,
+                         const std::vector<std::size_t>& shape) {
+  const json metadata = json::parse(table.metadata);
+  const auto bad = [&](const std::string& what) { return Error{table.json_path.string() + ": " + what}; };
+  if (metadata["table"] != name) return bad("table: " + metadata["table"].dump() + ", expected " + name);
+  if (metadata["generator"] != NEPHELE_LUT_HASH) return bad("generator: made by another version");
+  if (metadata["parameters"] != parameters) return bad("parameters: not those asked for");
+  if (table.array.type != type || table.array.shape != shape) return bad("shape: not what the parameters ask for");
+  if (std::string_view(name) == kOpticalDepth && !mean_fill_of(table)) return bad("mean_fill: a number is expected");
+  return {};
+}
 
 Result<TableParameters> TableParameters::preset(const std::string& name) {
   TableParameters parameters;
@@ -190,7 +189,7 @@ Table bake_optical_depth(const TableParameters& parameters, const ProgressCallba
         const std::scoped_lock lock(mutex);
         if (progress) progress(kOpticalDepth, fraction);
       });
-  json metadata = common_metadata(kOpticalDepth, optical_depth_parameters(parameters), table.array);
+  json metadata = table_metadata(kOpticalDepth, optical_depth_parameters(parameters), table.array);
   metadata["axes"] = {
       {{"name", "entry"}, {"meaning", "entry point on an octahedral map, row-major: v * N + u"}},
       {{"name", "exit_v"}, {"meaning", "exit point, octahedral v"}, {"range", {0, 1}}},
@@ -220,7 +219,7 @@ Table bake_multiple_scattering(const TableParameters& parameters, const Progress
   table.array = bake_multiple_scattering_array(bake, [&](double fraction) {
     if (progress) progress(kMultipleScattering, fraction);
   });
-  json metadata = common_metadata(kMultipleScattering, multiple_scattering_parameters(parameters), table.array);
+  json metadata = table_metadata(kMultipleScattering, multiple_scattering_parameters(parameters), table.array);
   const double middle = shared::density_axis_middle(static_cast<float>(parameters.g_multiple));
   metadata["axes"] = {{{"name", "density"},
                        {"meaning", "sigma / (sigma + middle), sigma = optical radius"},
@@ -315,12 +314,12 @@ Result<Tables> load_tables(const std::filesystem::path& dir) {
   }
   const TableParameters& p = tables.parameters;
   if (Result<void> valid = p.validate(); !valid) return Error{dir.string() + ": parameters: " + valid.error().message};
-  if (auto ok = check_table(*optical_depth, path(kOpticalDepth), kOpticalDepth, optical_depth_parameters(p),
+  if (auto ok = check_table(*optical_depth, kOpticalDepth, optical_depth_parameters(p), ElementType::float16,
                             optical_depth_shape(p));
       !ok)
     return ok.error();
-  if (auto ok = check_table(*multiple_scattering, path(kMultipleScattering), kMultipleScattering,
-                            multiple_scattering_parameters(p), multiple_scattering_shape(p));
+  if (auto ok = check_table(*multiple_scattering, kMultipleScattering, multiple_scattering_parameters(p),
+                            ElementType::float16, multiple_scattering_shape(p));
       !ok)
     return ok.error();
   tables.optical_depth = std::move(*optical_depth);

@@ -12,12 +12,14 @@
 #include "lut/parallel.h"
 #include "lut/quadrature.h"
 #include "lut/table_errors.h"
+#include "shared/paper_axes.h"
 #include "shared/table_axes.h"
 
 namespace nephele {
 
 using json = nlohmann::ordered_json;
 using shared::vec3;
+using shared::vec4;
 
 namespace {
 
@@ -61,7 +63,10 @@ double sum_of(const std::vector<double>& values) {
   return sum;
 }
 
-json verify_single(const Medium& medium, double effort) {
+// Of the radiance with its phase function, for a ray and an optical radius.
+using Radiance = std::function<double(const SphereRay& ray, double sigma)>;
+
+json verify_single(const Medium& medium, const Radiance& radiance, double effort) {
   const int count = static_cast<int>(20000 * effort);
   json result{{"truth", "adaptive quadrature in doubles"}, {"rays_per_row", count}};
   for (const auto& [low, high] : std::vector<std::pair<double, double>>{
@@ -73,7 +78,7 @@ json verify_single(const Medium& medium, double effort) {
       const SphereRay ray = random_sphere_ray(uniform);
       const double truth =
           exact_phase_per_sr(medium.phase_function, ray.mu, medium.g) * exact_single_scattering(ray, sigma);
-      errors[i] = std::abs(single_radiance(medium, ray, sigma) - truth);
+      errors[i] = std::abs(radiance(ray, sigma) - truth);
       squares[i] = truth * truth;
     });
     double error2 = 0;
@@ -235,13 +240,71 @@ void verify_tables(Tables& tables, const ProgressCallback& progress, double effo
   const Medium medium{tables.parameters.phase_function, tables.parameters.g_multiple};
   show(0.05);
   json verification{{"g", medium.g}};
-  verification["single_scattering"] = verify_single(medium, effort);
+  verification["single_scattering"] = verify_single(
+      medium, [&](const SphereRay& ray, double sigma) { return single_radiance(medium, ray, sigma); }, effort);
   show(0.1);
   verification["all_orders"] =
       verify_all_orders(table, medium, effort, [&](double fraction) { show(0.1 + 0.75 * fraction); });
   verification["identities"] = verify_identities(table, medium);
   show(0.9);
   verification["power_per_order"] = measure_orders(medium, tables.parameters.g_single, effort);
+  add_verification(tables.multiple_scattering, verification);
+  show(1);
+}
+
+void verify_tables(PaperTables& tables, const ProgressCallback& progress, double effort) {
+  const auto show = [&](double fraction) {
+    if (progress) progress("verifying", fraction);
+  };
+  show(0);
+  const PaperParameters& parameters = tables.parameters;
+  const FloatTexture depth_table(tables.optical_depth), single_table(tables.single_scattering),
+      multiple_table(tables.multiple_scattering);
+  const vec4 depth_size = as_vector(parameters.optical_depth_size), size = as_vector(parameters.scattering_size);
+  const int chords = static_cast<int>(20000 * effort);
+  const TransmittanceError depth = transmittance_error(
+      [&](const vec3& entry, const vec3& exit) {
+        return double{fetch_paper(depth_table, shared::paper_chord_axes(entry, exit), depth_size).x};
+      },
+      chords,
+      [&](const vec3& entry, const vec3& exit) { return exact_mean_density(entry, exit, parameters.particle_seed); });
+  add_verification(tables.optical_depth, {{"truth", "adaptive quadrature of the density itself"},
+                                          {"chords", chords},
+                                          {"peak_optical_radius", 8},
+                                          {"transmittance_rms", depth.rms},
+                                          {"transmittance_bias", depth.bias},
+                                          {"transmittance_p99", depth.p99}});
+  show(0.3);
+
+  const Medium first{parameters.phase_function, double{shared::kPaperGFirst}},
+      later{parameters.phase_function, double{shared::kPaperGLater}};
+  const auto fetch = [&](const FloatTexture& table, const SphereRay& ray, double sigma) {
+    return double{fetch_paper(table,
+                              shared::paper_scattering_axes(static_cast<float>(ray.c), static_cast<float>(ray.h),
+                                                            static_cast<float>(ray.mu), static_cast<float>(sigma)),
+                              size)
+                      .x};
+  };
+  const Radiance single = [&](const SphereRay& ray, double sigma) {
+    return exact_phase_per_sr(first.phase_function, ray.mu, first.g) * fetch(single_table, ray, sigma);
+  };
+  add_verification(tables.single_scattering, {{"g", first.g}, {"single_scattering", verify_single(first, single, effort)}});
+  show(0.5);
+
+  json verification{{"g", later.g}}, energy, orders;
+  const auto scattered_once = [&](double sigma) {
+    return exit_power(256, [&](const SphereRay& ray) { return single(ray, sigma); });
+  };
+  const auto scattered_again = [&](double sigma) {
+    return exit_power(256, [&](const SphereRay& ray) { return fetch(multiple_table, ray, sigma); });
+  };
+  for (const double sigma : {0.1, 1.0, 4.0, 16.0, 100.0})
+    energy.push_back({{"optical_radius", sigma},
+                      {"relative", direct_power(sigma) + scattered_once(sigma) + scattered_again(sigma) - 1}});
+  verification["energy"] = energy;
+  verification["power_per_order"] = measure_orders(later, first.g, effort);
+  for (json& row : verification["power_per_order"]["rows"])
+    row["fetched_orders_2_to_18"] = scattered_again(row.at("optical_radius"));
   add_verification(tables.multiple_scattering, verification);
   show(1);
 }

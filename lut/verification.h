@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/result.h"
+#include "lut/paper_tables.h"
 #include "lut/tables.h"
 
 namespace nephele {
@@ -10,5 +11,7 @@ namespace nephele {
 // statistical uncertainty. Takes some 30 s on two idle cores;
 // effort scales that, by fewer rays and paths.
 void verify_tables(Tables& tables, const ProgressCallback& progress = {}, double effort = 1);
+// The same of the paper's tables: transmittance, single scattering, energy and the power of orders 2 to 18.
+void verify_tables(PaperTables& tables, const ProgressCallback& progress = {}, double effort = 1);
 
 }  // namespace nephele

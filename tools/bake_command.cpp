@@ -1,10 +1,13 @@
 // nephele bake: the tables, to the cache or to a directory.
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "engine/atomic_file.h"
+#include "lut/paper_tables.h"
 #include "lut/tables.h"
 #include "lut/verification.h"
 #include "shared/phase.h"
@@ -63,7 +66,49 @@ Result<void> prepare_directory(const std::string& directory) {
   return check_writable(std::filesystem::path(directory) / "optical_depth.json");
 }
 
+// The paper's tables are there to be compared: their factors are the published ones.
+Result<PaperParameters> paper_parameters(const BakeOptions& options) {
+  if (options.out.empty()) return Error{"--out is missing; --preset paper needs a directory for its tables"};
+  if (options.g_single || options.g_multiple || options.residual)
+    return Error{"--g-single, --g-multiple, --residual: accepted with --preset default or fast; paper has its own"};
+  PaperParameters parameters;
+  if (options.phase == "hg") parameters.phase_function = shared::kPhaseHenyeyGreenstein;
+  for (const auto& [name, text, size] :
+       {std::tuple{"--size-optical-depth", &options.optical_depth_size, &parameters.optical_depth_size},
+        std::tuple{"--size-scattering", &options.scattering_size, &parameters.scattering_size}}) {
+    if (text->empty()) continue;
+    const auto axes = parse_axes(name, *text, 4);
+    if (!axes) return axes.error();
+    std::copy_n(axes->begin(), 4, size->begin());
+  }
+  if (const auto valid = parameters.validate(); !valid) return valid.error();
+  return parameters;
+}
+
+Result<void> run_paper_bake(const BakeOptions& options) {
+  const Result<PaperParameters> parameters = paper_parameters(options);
+  if (!parameters) return parameters.error();
+  if (!options.stats.empty())
+    if (auto writable = check_writable(options.stats); !writable) return writable;
+  if (auto ready = prepare_directory(options.out); !ready) return ready;
+
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress(options.quiet);
+  const auto show = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); };
+  PaperTables tables = bake_paper_tables(*parameters, show);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  if (options.verify) verify_tables(tables, show);
+  if (auto saved = save_paper_tables(options.out, tables); !saved) return saved;
+  if (options.stats.empty()) return {};
+  const nlohmann::ordered_json stats{{"seconds", seconds.count()},
+                                     {"tables",
+                                      {describe(tables.optical_depth), describe(tables.single_scattering),
+                                       describe(tables.multiple_scattering)}}};
+  return write_file_atomically(options.stats, stats.dump(2) + '\n');
+}
+
 Result<void> run_bake(const BakeOptions& options) {
+  if (options.preset == "paper") return run_paper_bake(options);
   const Result<TableParameters> parameters = table_parameters(options);
   if (!parameters) return parameters.error();
   if (!options.stats.empty())
@@ -98,15 +143,15 @@ Command add_bake_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("bake", "Bake the scattering and optical-depth tables");
   const auto options = std::make_shared<BakeOptions>();
   app->add_option("--out", options->out, "Directory for the tables; without it, the cache")->type_name("DIR");
-  app->add_option("--preset", options->preset, "Sizes and accuracy to start from: default or fast")
-      ->check(CLI::IsMember({"default", "fast"}))
+  app->add_option("--preset", options->preset, "Sizes and accuracy to start from: default or fast; or paper, its 4D tables, to compare")
+      ->check(CLI::IsMember({"default", "fast", "paper"}))
       ->capture_default_str();
   app->add_option("--phase", options->phase, "Phase function: hg (Henyey-Greenstein) or cs (Cornette-Shanks)")
       ->check(CLI::IsMember({"hg", "cs"}));
   app->add_option("--g-single", options->g_single, "Asymmetry of single scattering");
   app->add_option("--g-multiple", options->g_multiple, "Asymmetry of the orders from the second on");
   app->add_option("--residual", options->residual, "Relative residual at which a solution counts as converged");
-  app->add_option("--size-optical-depth", options->optical_depth_size, "Vertices along a side of each octahedral map")
+  app->add_option("--size-optical-depth", options->optical_depth_size, "Vertices along a side of each octahedral map; paper: along each axis")
       ->type_name("N");
   app->add_option("--size-scattering", options->scattering_size, "Texels along each axis")
       ->type_name("COSINESxCHORDSxDENSITIES");
