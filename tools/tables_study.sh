@@ -80,8 +80,8 @@ TEXT
   cat <<'TEXT'
 
 Where the RMSE is far above the 99th percentile, few rays carry it: the function of g = 0.9 magnifies what the axes miss
-near its forward peak. With our formula, above 100, single rays that graze the terminator with the light ahead carry most of the square: 20 000 rays give anything
-from 0.4 to 2.
+near its forward peak. With our formula, above 100, single rays that graze the terminator with the light ahead carry most
+of the square: 20 000 rays give anything from 0.4 to 2.
 
 ## All orders against Monte Carlo
 
@@ -209,7 +209,7 @@ TEXT
 ## Hard cases
 
 Radiance per unit irradiance of the default tables, HG, g = 0.85; single scattering without its phase function. Truth:
-quadrature; Monte Carlo with its standard error. `nephele bake` and `nephele probe` refuse asymmetries beyond 0.95, and
+quadrature; Monte Carlo with its standard error (0 ± 0: no path of it scattered twice and came out). `nephele bake` and `nephele probe` refuse asymmetries beyond 0.95, and
 `nephele probe` optical radii above 1e4.
 
 | ray | optical radius | single | truth | multiple | truth |
@@ -225,8 +225,10 @@ TEXT
 - **Optical radius 100**: Monte Carlo noise leaves the RMSE of g = 0.7 and above uncertain, see "at most".
 - **First matter** varies faster than the mean density and jumps where a chord begins to miss a billow; it is averaged over
   five chords a vertex, and its error is not measured.
-- The paper's tables are compared as designed, with right values at every vertex; its own fall short of that. `nephele probe`
-  evaluates ours alone.
+- **Optical radius 1e4**: finite and never negative, but where little light is multiple scattering is off by 40 percent and more of
+  its value, and single scattering at the terminator is lost; see "Hard cases". Measured to be right up to 100.
+- The paper's tables are compared as designed, with right values at every vertex; as published they fall short of that.
+  `nephele probe` evaluates ours alone.
 TEXT
 } > docs/tables.md.new
 mv docs/tables.md.new docs/tables.md
