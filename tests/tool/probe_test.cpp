@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "lut/cpu_fetch.h"
 #include "lut/oracles.h"
-#include "lut/tables.h"
 #include "shared/phase.h"
 #include "tests/tool/program.h"
 
@@ -126,7 +126,13 @@ TEST_CASE("probe: multiple scattering and optical depth are in range; columns in
   CHECK(depth[0].ends_with(",value,first_matter"));
   const std::string& core = depth[1];
   const double mean = std::stod(core.substr(std::string("core,4,0,0,-1,0,0,1,0,0,-1,").size()));
-  CHECK(mean == doctest::Approx(exact_mean_density({0, 0, 1}, {0, 0, -1}, TableParameters{}.particle_seed)).scale(1).epsilon(0.01));
+  // Four vertices a side are too few for the particle itself: the truth is the table, filtered on the CPU. Devices may
+  // filter with 8 bits.
+  const Result<Tables> tables = load_tables(small_tables());
+  REQUIRE(tables);
+  const float fetched = fetch_optical_depth(FloatTexture(tables->optical_depth), {0, 0, 1}, {0, 0, -1}).x;
+  CHECK(fetched > 0.1f);
+  CHECK(mean == doctest::Approx(fetched).scale(1).epsilon(0.006));
   CHECK(last_number(core) >= 0.0);
   CHECK(last_number(core) < 0.6);
 
