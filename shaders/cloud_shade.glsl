@@ -6,6 +6,7 @@
 #include "shared/blend.h"
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
+#include "shared/light.h"
 #include "shared/scattering.h"
 #include "shared/screen_bounds.h"
 #include "shared/types.h"
@@ -125,6 +126,11 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   near_m = max(near_m, matter_near);
   float thinning = 1.0;
   if (far_m <= near_m || density <= 0.0) return false;
+  if (chord_near < 0.0 || far_m < chord_far) {  // from within, or cut by what stands behind
+    vec3 at = (vec3(matter_near, near_m, far_m) - (along + mid)) * length(step);
+    density = tau_chord * chord_share(at.x, at.y, at.z, h * h, p.flags) / (far_m - near_m);
+    if (density <= 0.0) return false;
+  }
   if (p.base_m > -1e29 && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
   density *= thinning;
 
