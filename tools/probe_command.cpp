@@ -28,6 +28,10 @@ struct ProbeOptions {
 
 constexpr std::size_t kBatchRays = 1u << 17;
 
+// Beyond it dim rays of the multiple scattering table are off by tens of percent (docs/tables.md, "Hard cases").
+constexpr double kMaxMultipleOpticalRadius = 200;
+constexpr double kMaxOpticalRadius = 1e4;
+
 Quantity parse_quantity(const std::string& name) {
   return name == "single" ? Quantity::single : name == "multiple" ? Quantity::multiple : Quantity::optical_depth;
 }
@@ -126,7 +130,7 @@ std::string table_text(const ProbeRays& rays, const std::vector<shared::vec2>& v
 
 Result<void> run_probe(const ProbeOptions& options) {
   const Quantity quantity = parse_quantity(options.table);
-  const Result<ProbeRays> rays = read_probe_rays(options.rays);
+  const Result<ProbeRays> rays = read_probe_rays(options.rays, quantity == Quantity::multiple ? kMaxMultipleOpticalRadius : kMaxOpticalRadius);
   if (!rays) return rays.error();
   if (auto writable = check_writable(options.out); !writable) return writable;
   const Result<std::unique_ptr<Device>> device = Device::create(DeviceOptions::from_environment(options.device));

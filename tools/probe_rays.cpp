@@ -15,7 +15,6 @@ namespace {
 constexpr std::array kColumns{"entry_x", "entry_y", "entry_z", "dir_x",   "dir_y",
                               "dir_z",   "light_x", "light_y", "light_z", "optical_radius"};
 constexpr std::size_t kOpticalRadius = kColumns.size() - 1;
-constexpr double kMaxOpticalRadius = 1e4;
 constexpr double kLengthTolerance = 1e-3;  // what three decimals do to a unit vector
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 
@@ -61,12 +60,12 @@ Result<double> parse_number(const std::string& place, const char* column, std::s
 }
 
 Result<ProbeRay> parse_ray(const std::string& place, const std::array<std::size_t, kColumns.size()>& columns,
-                           const Fields& fields) {
+                           const Fields& fields, double max_optical_radius) {
   std::array<double, kColumns.size()> values{};
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
     const bool radius = k == kOpticalRadius;
     const Result<double> value =
-        parse_number(place, kColumns[k], fields[columns[k]], radius ? 0.0 : -1.001, radius ? kMaxOpticalRadius : 1.001);
+        parse_number(place, kColumns[k], fields[columns[k]], radius ? 0.0 : -1.001, radius ? max_optical_radius : 1.001);
     if (!value) return value.error();
     values[k] = *value;
   }
@@ -90,7 +89,7 @@ Result<ProbeRay> parse_ray(const std::string& place, const std::array<std::size_
 
 }  // namespace
 
-Result<ProbeRays> read_probe_rays(const std::string& path) {
+Result<ProbeRays> read_probe_rays(const std::string& path, double max_optical_radius) {
   const Result<std::vector<std::byte>> file = read_file(path, kMaxFileBytes);
   if (!file) return file.error();
   const std::string_view text(reinterpret_cast<const char*>(file->data()), file->size());
@@ -118,7 +117,7 @@ Result<ProbeRays> read_probe_rays(const std::string& path) {
     }
     if (fields.size() != column_count)
       return Error{concat(place, fields.size(), " values; accepted: ", column_count, ", one for each column")};
-    const Result<ProbeRay> ray = parse_ray(place, columns, fields);
+    const Result<ProbeRay> ray = parse_ray(place, columns, fields, max_optical_radius);
     if (!ray) return ray.error();
     result.lines.emplace_back(line);
     result.rays.push_back(*ray);

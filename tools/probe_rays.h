@@ -23,6 +23,6 @@ struct ProbeRays {
 };
 
 // Columns beyond the ten known ones are carried along. The first fault is an error that names file, line and column.
-Result<ProbeRays> read_probe_rays(const std::string& path);
+Result<ProbeRays> read_probe_rays(const std::string& path, double max_optical_radius);
 
 }  // namespace nephele::tools

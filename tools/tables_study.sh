@@ -210,7 +210,7 @@ TEXT
 
 Radiance per unit irradiance of the default tables, HG, g = 0.85; single scattering without its phase function. Truth:
 quadrature; Monte Carlo with its standard error (0 ± 0: no path of it scattered twice and came out). `nephele bake` and `nephele probe` refuse asymmetries beyond 0.95, and
-`nephele probe` optical radii above 1e4.
+`nephele probe` optical radii above 1e4, for multiple scattering above 200. Larger ones are here as the functions give them.
 
 | ray | optical radius | single | truth | multiple | truth |
 |---|---|---|---|---|---|
@@ -226,7 +226,7 @@ TEXT
 - **First matter** varies faster than the mean density and jumps where a chord begins to miss a billow; it is averaged over
   five chords a vertex, and its error is not measured.
 - **Optical radius 1e4**: finite and never negative, but where little light is multiple scattering is off by 40 percent and more of
-  its value, and single scattering at the terminator is lost; see "Hard cases". Measured to be right up to 100.
+  its value, and single scattering at the terminator is lost; see "Hard cases". Multiple scattering is measured to be right up to 100 and refused beyond 200.
 - The paper's tables are compared as designed, with right values at every vertex; as published they fall short of that.
   `nephele probe` evaluates ours alone.
 TEXT

@@ -202,6 +202,8 @@ TEST_CASE("probe: bad input names file, line, column and what is accepted, and l
   refuse_text(kHeader + "\n" + good + good + "0,0,1,0,x,-1,1,0,0,2\n", {"line 4", "dir_y", "\"x\"", "-1.001 to 1.001"});
   for (const char* radius : {"-1", "nan", "inf", "1e5", "", "2 m"})
     refuse_text(kHeader + "\n0,0,1,0,0,-1,1,0,0," + radius + "\n", {"line 2", "optical_radius", radius, "0 to 10000"});
+  write_file(in, kHeader + "\n0,0,1,0,0,-1,1,0,0,201\n");
+  refuse(probe("multiple", in, out), {"line 2", "optical_radius", "201", "0 to 200"});
   refuse_text(kHeader + "\n0,0,0.5,0,0,-1,1,0,0,2\n", {"line 2", "entry_x", "0.999 to 1.001"});
   refuse_text(kHeader + "\n0,0,1,0,0,-1,0,0,0,2\n", {"line 2", "light_x", "0.999 to 1.001"});
   refuse_text(kHeader + "\n0,0,1,0,0,1,1,0,0,2\n", {"line 2", "dir_x", "out of the sphere"});
