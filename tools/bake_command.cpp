@@ -85,12 +85,16 @@ Result<PaperParameters> paper_parameters(const BakeOptions& options) {
   return parameters;
 }
 
+Result<void> prepare_outputs(const BakeOptions& options) {
+  if (!options.stats.empty())
+    if (auto writable = check_writable(options.stats); !writable) return writable;
+  return prepare_directory(options.out);
+}
+
 Result<void> run_paper_bake(const BakeOptions& options) {
   const Result<PaperParameters> parameters = paper_parameters(options);
   if (!parameters) return parameters.error();
-  if (!options.stats.empty())
-    if (auto writable = check_writable(options.stats); !writable) return writable;
-  if (auto ready = prepare_directory(options.out); !ready) return ready;
+  if (auto ready = prepare_outputs(options); !ready) return ready;
 
   const auto start = std::chrono::steady_clock::now();
   Progress progress(options.quiet);
@@ -111,10 +115,7 @@ Result<void> run_bake(const BakeOptions& options) {
   if (options.preset == "paper") return run_paper_bake(options);
   const Result<TableParameters> parameters = table_parameters(options);
   if (!parameters) return parameters.error();
-  if (!options.stats.empty())
-    if (auto writable = check_writable(options.stats); !writable) return writable;
-
-  if (auto ready = prepare_directory(options.out); !ready) return ready;
+  if (auto ready = prepare_outputs(options); !ready) return ready;
 
   const auto start = std::chrono::steady_clock::now();
   Progress progress(options.quiet);
