@@ -10,7 +10,7 @@ CloudShadow::CloudShadow(Device& device, std::uint32_t texels_per_tile) : side_(
   NEPHELE_CHECK(std::has_single_bit(texels_per_tile) && texels_per_tile <= 8, texels_per_tile, " texels a tile");
   const SpecConstant texels{0, texels_per_tile};
   kernel_ = ComputeKernel(device, shaders::cloud_shadow_comp, {&texels, 1});
-  shadow_ = Image(device, "cloud_shadow", {.format = VK_FORMAT_R16G16B16A16_SFLOAT, .width = side_, .height = side_});
+  shadow_ = Image(device, "cloud_shadow", {.format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = side_, .height = side_});
 }
 
 const Image& CloudShadow::add(FrameBuilder& frame, const Buffer& constants, const LightTileLists& tiles) {

@@ -12,7 +12,7 @@ layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) readonly buffer Occluders { Occluder occluders[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer List { uint list[]; };
-layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D shadow;
+layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D shadow;
 
 const float kOpaqueTransmittance = 1.0e-3;  // the rest of the list changes less than this
 const float kSlightOpacity = 1.0e-3;        // too little to count as the clouds' beginning or end
