@@ -96,7 +96,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
 }
 
 void FramePasses::count(FrameStats& stats) const {
-  stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}, {"screen_pairs", 0}};
+  stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}, {"screen_pairs", 0}, {"rays", 0}};
   if (!clouds_) return;
   const FrameCounters& counters = *static_cast<const FrameCounters*>(clouds_->counters_back.mapped());
   stats.particles_generated = counters.particle_count;
@@ -105,6 +105,7 @@ void FramePasses::count(FrameStats& stats) const {
   stats.overflow["visible"] = counters.visible_demand - counters.visible_count;
   stats.overflow["tile_pairs"] = counters.tile_pair_demand - counters.tile_pair_count;
   stats.overflow["screen_pairs"] = counters.screen_pair_demand - counters.screen_pair_count;
+  stats.overflow["rays"] = counters.rays_cut_short;
   stats.pairs_shaded = counters.pairs_shaded;
 }
 

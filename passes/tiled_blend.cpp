@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"
 #include "shared/types.h"
 
@@ -18,28 +19,45 @@ constexpr VkDeviceSize kMinPairs = 1u << 20;
 
 std::uint32_t tiles_across(std::uint32_t pixels) { return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx; }
 
-// Turns (shaded particles) of one pixel of the exact blend before it merges. Lavapipe ends every loop of eight threads
-// once all of theirs have gone round 65 535 times, and a turn takes a handful of rounds.
-constexpr std::uint32_t kTurnsOnCpu = 4096, kTurnsOnGpu = 1u << 18;
+// Places of its list that one pixel of the exact blend goes through before it merges. Lavapipe ends all loops of eight
+// threads once they have gone round 65 535 times in all, and a place takes a handful of rounds.
+constexpr std::uint32_t kPlacesOnCpu = 2 * shared::kPagePlaces, kPlacesOnGpu = 1u << 20;
 
 bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 
-ComputeKernel shade_kernel(Device& device, const ShaderCode& code, std::uint32_t pixels_per_thread) {
-  const std::uint32_t turns = (on_cpu(device) ? kTurnsOnCpu : kTurnsOnGpu) / pixels_per_thread;
-  const SpecConstant constants[] = {{0, 64 / pixels_per_thread}, {1, pixels_per_thread}, {2, turns}};
+// listed: for the tiles of a list, not all with short lists.
+ComputeKernel shade_kernel(Device& device, const ShaderCode& code, std::uint32_t pixels_per_thread, bool listed) {
+  const std::uint32_t places = (on_cpu(device) ? kPlacesOnCpu : kPlacesOnGpu) / pixels_per_thread;
+  const SpecConstant constants[] = {{0, 64 / pixels_per_thread}, {1, pixels_per_thread}, {2, places}, {3, listed}};
   return ComputeKernel(device, code, constants);
 }
 
 ComputeKernel shade_short_kernel(Device& device, BlendMode mode) {
-  if (mode == BlendMode::exact) return shade_kernel(device, shaders::cloud_tiles_comp_exact, on_cpu(device) ? 8 : 1);
-  if (!on_cpu(device)) return shade_kernel(device, shaders::cloud_tiles_comp_volume, 1);
+  if (mode == BlendMode::exact) return shade_kernel(device, shaders::cloud_tiles_comp_exact, on_cpu(device) ? 8 : 1, false);
+  if (!on_cpu(device)) return shade_kernel(device, shaders::cloud_tiles_comp_volume, 1, false);
   return ComputeKernel(device, shaders::cloud_columns_comp);
 }
 
-std::uint32_t pair_capacity(const Device& device, std::uint32_t tiles, std::uint32_t particles) {
+ComputeKernel shade_long_kernel(Device& device, BlendMode mode) {
+  return shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, 1, true);
+}
+
+ComputeKernel shade_page_kernel(Device& device, BlendMode mode) {
+  const SpecConstant constants[] = {{3, true}};
+  return ComputeKernel(device, mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume, constants);
+}
+
+// What cloud_pages.comp keeps of a tile's pixels between two pages.
+VkDeviceSize paged_tile_bytes(BlendMode mode) {
+  const VkDeviceSize pixel_bytes = mode == BlendMode::exact ? 24 + shared::kExactSlots * sizeof(shared::BlendSegment) : 3 * sizeof(glm::vec4);
+  return shared::kScreenTilePx * shared::kScreenTilePx * pixel_bytes;
+}
+
+std::uint32_t pair_capacity(const Device& device, BlendMode mode, std::uint32_t tiles, std::uint32_t particles) {
   const VkDeviceSize all = VkDeviceSize{tiles} * particles;
   const VkDeviceSize wanted = std::max(VkDeviceSize{kPairsPerTile} * tiles + VkDeviceSize{kPairsPerParticle} * particles, kMinPairs);
-  return static_cast<std::uint32_t>(std::min({all, wanted, device.info().max_storage_buffer_bytes / sizeof(std::uint32_t)}));
+  const VkDeviceSize bytes_per_pair = std::max<VkDeviceSize>(sizeof(std::uint32_t), paged_tile_bytes(mode) / shared::kPagePlaces + 1);
+  return static_cast<std::uint32_t>(std::min({all, wanted, device.info().max_storage_buffer_bytes / bytes_per_pair}));
 }
 
 }  // namespace
@@ -51,10 +69,11 @@ TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width
     : tiles_(device, shaders::screen_tiles_comp),
       begins_kernel_(device, shaders::screen_begins_comp),
       shade_short_(shade_short_kernel(device, mode)),
-      shade_long_(shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, 1)),
+      shade_long_(shade_long_kernel(device, mode)),
       columns_(tiles_across(layer_width)),
       rows_(tiles_across(layer_height)),
-      pairs_(device, "screen_tile", visible_capacity, pair_capacity(device, columns_ * rows_, visible_capacity), columns_, rows_),
+      pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces : 0),
+      pairs_(device, "screen_tile", visible_capacity, pair_capacity(device, mode, columns_ * rows_, visible_capacity), columns_, rows_),
       rectangles_(device, "screen_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
       near_m_(device, "screen_near", VkDeviceSize{visible_capacity} * sizeof(float)),
       order_(device, "screen_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
@@ -62,9 +81,13 @@ TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width
       entries_(device, "screen_entries", VkDeviceSize{pairs_.pair_capacity()} * sizeof(std::uint32_t)),
       draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, shared::kDrawTexelsPerParticle * shared::kDrawParticlesPerRow,
                                            (visible_capacity + shared::kDrawParticlesPerRow - 1) / shared::kDrawParticlesPerRow}),
+      begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)),
       long_tiles_(device, "screen_long_tiles", VkDeviceSize{3 + rows_ + columns_ * rows_} * sizeof(std::uint32_t)),
-      begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)) {
+      paged_tiles_(device, "screen_paged_tiles", long_tiles_.bytes()) {
   NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
+  if (pages_ == 0) return;
+  shade_page_ = shade_page_kernel(device, mode);
+  paged_pixels_ = Buffer(device, "screen_paged_pixels", (pairs_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
 }
 
 void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth) {
@@ -87,6 +110,7 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                                       .pair_groups = offsetof(FrameCounters, screen_pair_groups)},
                                      order_, rectangles_);
   frame.fill("screen_tiles", long_tiles_, 0);
+  frame.fill("screen_tiles", paged_tiles_, 0);
   frame.compute({.name = "screen_tiles",
                  .kernel = &begins_kernel_,
                  .bindings = {{0, lists.ranges, Access::storage_read},
@@ -95,11 +119,12 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                               {3, pixels_, Access::storage_read},
                               {4, entries_, Access::storage_write},
                               {5, begins_m_, Access::storage_write},
-                              {6, long_tiles_, Access::storage_read_write}},
+                              {6, long_tiles_, Access::storage_read_write},
+                              {7, paged_tiles_, Access::storage_read_write}},
                  .push = as_push(glm::uvec2(columns_, rows_)),
                  .groups = {(pairs_.tile_count() + 31) / 32, 1, 1}});
-  const auto shade = [&](const ComputeKernel& kernel, std::uint32_t long_lists) {
-    ComputeStep step{.name = "shade_blend",
+  const auto shade_step = [&](const ComputeKernel& kernel, const Buffer& tiles) -> ComputeStep {
+    return ComputeStep{.name = "shade_blend",
                      .kernel = &kernel,
                      .bindings = {{0, inputs.frame_constants, Access::uniform},
                                   {1, draw_texels_, Access::sampled, Sampler::nearest_clamp},
@@ -113,14 +138,20 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                                   {9, layer_color, Access::storage_write},
                                   {10, layer_depth, Access::storage_write},
                                   {11, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
-                                  {12, long_tiles_, Access::storage_read}},
-                     .push = as_push(long_lists),
-                     .groups = {columns_, rows_, 1}};
-    if (long_lists == 1) step.indirect = {&long_tiles_, 0};
-    frame.compute(std::move(step));
+                                  {12, tiles, Access::storage_read}},
+                     .indirect = {&tiles, 0}};
   };
-  shade(shade_short_, 0);
-  shade(shade_long_, 1);
+  ComputeStep every_tile = shade_step(shade_short_, long_tiles_);
+  every_tile.indirect = {};
+  every_tile.groups = {columns_, rows_, 1};
+  frame.compute(std::move(every_tile));
+  frame.compute(shade_step(shade_long_, long_tiles_));
+  for (std::uint32_t page = 0; page < pages_; ++page) {
+    ComputeStep step = shade_step(shade_page_, paged_tiles_);
+    step.bindings.emplace_back(13, paged_pixels_, Access::storage_read_write);
+    step.push = as_push(page);
+    frame.compute(std::move(step));
+  }
 }
 
 }  // namespace nephele

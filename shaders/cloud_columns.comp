@@ -71,5 +71,5 @@ void main() {
     }
     from_row = past_row;
   }
-  if (shaded > 0u) atomicAdd(counters.pairs_shaded, shaded);
+  count_work(shaded);
 }

@@ -12,7 +12,7 @@
 
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const uint kPixelsPerThread = 1u;  // times the group's size: 64
-layout(constant_id = 2) const uint kExactTurns = 1u;       // a pixel of the exact blend may shade, before it merges
+layout(constant_id = 2) const uint kExactPlaces = 1u;      // that a pixel of the exact blend may go through, before it merges
 #include "cloud_tiles.glsl"
 
 // A pixel's walk through its tile's list. walk_next steps to the next place to shade, false when the pixel is done;
@@ -25,7 +25,7 @@ layout(constant_id = 2) const uint kExactTurns = 1u;       // a pixel of the exa
 // picture.) Past kKept segments the rest is only measured on the way forward and shaded once more on the way back, and
 // past kMeasured places not even measured.
 const uint kKept = 32u;
-const uint kMeasured = 2048u;
+const uint kMeasured = 1024u;
 BlendSegment kept[kKept];
 
 struct Walk {
@@ -76,7 +76,6 @@ void walk_take(inout Walk walk, BlendSegment segment) {
   }
 }
 
-void walk_count(inout Walk walk) {}
 vec4 walk_color(Walk walk) { return vec4(walk.state.committed, walk.state.transmittance); }
 float walk_first_m(Walk walk) { return walk.state.first_m; }
 
@@ -85,7 +84,7 @@ float walk_first_m(Walk walk) { return walk.state.first_m; }
 // exact_blend.h: the list runs by nearest points, so what is in front of the next one's is final.
 struct Walk {
   uvec2 range;
-  uint place, turns;
+  uint place, passed;  // places of earlier stretches
   bool started;
   ExactState state;
 };
@@ -100,12 +99,12 @@ bool walk_next(inout Walk walk, uvec2 in_tile) {
   if (walk.state.transmittance < kOpaqueTransmittance) return false;
   if (begin_m < walk.state.horizon_m) return true;
   if (!exact_next_stretch(walk.state)) return false;
-  walk.state.merges = walk.turns + 2u * (walk.range.y - walk.range.x) > kExactTurns;
+  walk.passed += walk.place - walk.range.x;
+  walk.state.merges = walk.passed + 2u * (walk.range.y - walk.range.x) > kExactPlaces;
   walk.place = next_place(walk.range.x, walk.range.y, in_tile);
   return true;
 }
 
-void walk_count(inout Walk walk) { ++walk.turns; }
 void walk_take(inout Walk walk, BlendSegment segment) { exact_add(walk.state, segment); }
 
 vec4 walk_color(Walk walk) { return vec4(walk.state.radiance, walk.state.transmittance); }
@@ -124,7 +123,7 @@ void main() {
   Walk walk = walk_begin(uvec2(0u));
   for (;;) {
     bool has_place = false;
-    while (!has_place && (has_pixel || next_pixel < 64u)) {
+    do {
       if (has_pixel) {
         has_place = walk_next(walk, in_tile);
         if (!has_place) {
@@ -142,14 +141,13 @@ void main() {
         limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
         walk = walk_begin(range);
       }
-    }
+    } while (!has_place && (has_pixel || next_pixel < 64u));
     if (!has_place) break;
     BlendSegment segment;
-    walk_count(walk);
     if (shade_particle(load_draw_particle(draw_texels, entry_particle(list[walk.place])), direction, limit_m, segment)) {
       walk_take(walk, segment);
       ++shaded;
     }
   }
-  if (shaded > 0u) atomicAdd(counters.pairs_shaded, shaded);
+  count_work(shaded);
 }

@@ -3,7 +3,7 @@
 #ifndef NEPHELE_CLOUD_TILES_GLSL
 #define NEPHELE_CLOUD_TILES_GLSL
 
-layout(push_constant) uniform Push { uint long_lists; };  // 1: only the tiles with long lists, by LongTiles; 0: the others
+layout(constant_id = 3) const bool kListed = false;  // work on the tiles of TileRows; otherwise on all with short lists
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 1) uniform sampler2D draw_texels;
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
@@ -16,7 +16,7 @@ layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; }
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
 layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  // metres to what stands behind
-layout(scalar, set = 0, binding = 12) readonly buffer LongTiles { uvec3 long_groups; uint long_tiles[]; };  // screen_begins.comp
+layout(scalar, set = 0, binding = 12) readonly buffer TileRows { uvec3 tile_groups; uint tile_rows[]; };  // screen_begins.comp
 
 #include "cloud_shade.glsl"
 #include "draw_texels.glsl"
@@ -32,11 +32,24 @@ uint next_place(uint at, uint end, uvec2 in_tile) {
 // code even then, so tiles with long lists, mostly few, have a dispatch of just as many groups.
 bool find_tile(out uvec2 tile, out uvec2 range) {
   tile = gl_WorkGroupID.xy;
+  range = uvec2(0u);
   const uint columns = (frame.layer_size_px.x + kScreenTilePx - 1u) / kScreenTilePx;
-  const bool exists = long_lists == 0u || tile.x < long_tiles[tile.y];
-  if (exists && long_lists == 1u) tile.x = long_tiles[gl_NumWorkGroups.y + tile.y * columns + tile.x];
-  range = exists ? ranges[tile.y * columns + tile.x] : uvec2(0u);
-  return exists && (long_lists == 1u) == (range.y - range.x > kShortList);
+  if (kListed) {
+    if (tile.x >= tile_rows[tile.y]) return false;
+    tile.x = tile_rows[gl_NumWorkGroups.y + tile.y * columns + tile.x];
+  }
+  range = ranges[tile.y * columns + tile.x];
+  return kListed || range.y - range.x <= kShortList;
+}
+
+// To be called last, with the (pixel, particle) pairs that this thread has shaded. Lavapipe ends all loops of eight threads
+// once they have gone round 65 535 times in all; from then on none goes round twice. Lists are cut into pages so that
+// this does not happen; should it happen, it is counted.
+void count_work(uint shaded) {
+  if (shaded > 0u) atomicAdd(counters.pairs_shaded, shaded);
+  uint rounds = 0u;
+  while (rounds < 1u + frame.scale) ++rounds;
+  if (rounds < 2u) atomicAdd(counters.rays_cut_short, 1u);
 }
 
 // The metres to the first matter as the layer holds them: +inf without.

@@ -11,6 +11,9 @@ NEPHELE_SHARED_BEGIN
 NEPHELE_CONST(uint, kScreenTilePx, 8u);
 // Lists up to this length take fewer slots in the exact blend, and on a CPU a column of pixels a thread.
 NEPHELE_CONST(uint, kShortList, 128u);
+// Longer lists are shaded in pages of this many places, a dispatch each: lavapipe ends all loops of eight threads once they
+// have gone round 65 535 times in all, and a place takes them some five rounds, up to twice.
+NEPHELE_CONST(uint, kPagePlaces, 4096u);
 
 // Interval of one normalised device coordinate s. The plane s = const through the camera has the normal
 // across - s * forward (rows of clip_from_render); it touches the ellipsoid where its distance to the centre equals

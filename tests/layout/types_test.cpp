@@ -79,7 +79,8 @@ TEST_CASE("FrameCounters") {
                 MEMBER(FrameCounters, visible_count), MEMBER(FrameCounters, tile_pair_demand), MEMBER(FrameCounters, tile_pair_count),
                 MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, pairs_shaded), MEMBER(FrameCounters, thin_groups), MEMBER(FrameCounters, particle_groups),
                 MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw),
-                MEMBER(FrameCounters, screen_pair_demand), MEMBER(FrameCounters, screen_pair_count), MEMBER(FrameCounters, screen_pair_groups)});
+                MEMBER(FrameCounters, screen_pair_demand), MEMBER(FrameCounters, screen_pair_count), MEMBER(FrameCounters, screen_pair_groups),
+                MEMBER(FrameCounters, rays_cut_short)});
 }
 
 TEST_CASE("reflection tells bindings and their direction") {

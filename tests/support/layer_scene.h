@@ -45,7 +45,7 @@ struct LayerSize {
 struct Layer {
   std::vector<glm::vec4> color;
   std::vector<float> depth;
-  std::uint64_t pairs_shaded = 0, pairs_lost = 0;
+  std::uint64_t pairs_shaded = 0, pairs_lost = 0, rays_cut_short = 0;
   double shade_ms = 0;  // shading and blending, lists and resolve included
 };
 
@@ -126,6 +126,7 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
   const shared::FrameCounters after = counters.read_vector<shared::FrameCounters>(1)[0];
   result.pairs_shaded = after.pairs_shaded;
   result.pairs_lost = after.screen_pair_demand - after.screen_pair_count;
+  result.rays_cut_short = after.rays_cut_short;
   return result;
 }
 
