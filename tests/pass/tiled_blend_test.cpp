@@ -67,6 +67,27 @@ CameraState narrow_camera() {
 
 constexpr LayerSize kOneTile{8, 8};
 
+// Places in each tile's list.
+std::vector<std::uint32_t> list_lengths(const std::vector<Particle>& particles, const CameraState& camera, LayerSize size) {
+  const shared::FrameConstants frame = layer_constants(camera, size);
+  const glm::uvec2 tiles = (frame.layer_size_px + shared::kScreenTilePx - 1u) / shared::kScreenTilePx;
+  std::vector<std::uint32_t> lengths(tiles.x * tiles.y);
+  for (const Particle& p : particles) {
+    glm::mat3 shape;
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::vec3 radius(0);
+      radius[axis] = p.radius_m[axis];
+      shape[axis] = shared::render_from_local(radius, p.yaw_rad);
+    }
+    const glm::uvec2 covered = shared::tiles_of_pixels(
+        shared::screen_pixels(frame.clip_from_render, shape, p.center_m, frame.image_size_px, frame.scale, frame.layer_size_px));
+    const glm::uvec2 low = shared::rectangle_low(covered), past = shared::rectangle_high(covered);
+    for (std::uint32_t y = low.y; y < past.y; ++y)
+      for (std::uint32_t x = low.x; x < past.x; ++x) ++lengths[y * tiles.x + x];
+  }
+  return lengths;
+}
+
 }  // namespace
 
 TEST_CASE("the exact blend is the integral: spread and heaped crowds, from outside and from inside") {
@@ -169,6 +190,51 @@ TEST_CASE("the volume blend is the same picture tiled and in raster order") {
         const Layer tiled = draw_layer(particles, kLevelCamera, Backend::tiled), raster = draw_layer(particles, kLevelCamera, Backend::attachment);
         CHECK(layer_error(tiled, raster, 1e-3).failing <= 0.001);
       }
+}
+
+// On a CPU a thread keeps the segments of a column of eight pixels on a stack of 128, and begins a pixel anew that finds no
+// room: with 16 layers all fit, with 17 the last pixel does not, with 128 every pixel fills it alone. 129 are a long list,
+// 1 025 more than a pixel measures on the way forward.
+TEST_CASE("the volume blend of a tile is the raster's however many layers its pixels have") {
+  if (!backend_available(test_device().info(), Backend::attachment)) return;
+  for (const int count : {16, 17, 43, 128, 129, 1025}) {
+    CAPTURE(count);
+    const std::vector<Particle> particles = layers(count);
+    const Layer tiled = draw_layer(particles, narrow_camera(), Backend::tiled, BlendMode::volume, kOneTile);
+    CHECK(tiled.pairs_shaded >= 64u * static_cast<unsigned>(count));
+    CHECK(layer_error(tiled, draw_layer(particles, narrow_camera(), Backend::attachment, BlendMode::volume, kOneTile), 1e-4).failing == 0);
+  }
+}
+
+TEST_CASE("tiles with short, long and paged lists stand side by side") {
+  if (!backend_available(test_device().info(), Backend::attachment)) return;
+  const LayerSize odd{91, 61};  // tiles hang over two edges
+  std::mt19937 random(23);
+  std::uniform_real_distribution<float> u(0, 1);
+  std::vector<Particle> particles = crowd({60, true, false}, 23);
+  const auto heap = [&](int count, std::uint32_t pixel_x, std::uint32_t pixel_y) {
+    const glm::vec3 ray(pixel_ray(kLevelCamera, odd, pixel_x, pixel_y));
+    for (int i = 0; i < count; ++i)
+      particles.push_back(emissive((500 + 300 * u(random)) * ray, glm::vec3(4 + 4 * u(random)), 2e-4f, {u(random), u(random), u(random)}));
+  };
+  heap(4200, 20, 12);
+  heap(4100, 76, 59);
+  for (int i = 0; i < 12; ++i) heap(150 + 60 * i, 4 + 7 * i, 30 + 13 * (i % 3));
+  const std::vector<std::uint32_t> lengths = list_lengths(particles, kLevelCamera, odd);
+  CHECK(std::count_if(lengths.begin(), lengths.end(), [](auto n) { return n > shared::kPagePlaces; }) >= 2);
+  CHECK(std::count_if(lengths.begin(), lengths.end(), [](auto n) { return n > shared::kShortList && n <= shared::kPagePlaces; }) >= 6);
+  const Layer raster = draw_layer(particles, kLevelCamera, Backend::attachment, BlendMode::volume, odd);
+  const Layer tiled = draw_layer(particles, kLevelCamera, Backend::tiled, BlendMode::volume, odd);
+  CHECK(tiled.rays_cut_short == 0);
+  CHECK(tiled.pairs_lost == 0);
+  CHECK(layer_error(tiled, raster, 1e-3).failing <= 0.001);
+  CHECK(layer_error(tiled, raster, 1e-3).worst < 1e-2);
+  // Transmittance is the same in any order: of the exact blend too, merged or not.
+  Layer exact = draw_layer(particles, kLevelCamera, Backend::tiled, BlendMode::exact, odd), truth = raster;
+  CHECK(exact.rays_cut_short == 0);
+  for (Layer* layer : {&exact, &truth})
+    for (glm::vec4& c : layer->color) c = glm::vec4(0, 0, 0, c.w);
+  CHECK(layer_error(exact, truth, 1e-3).failing == 0);
 }
 
 TEST_CASE("the exact blend moves without a jump when particles swap order") {
