@@ -33,27 +33,41 @@ AtmospherePass::AtmospherePass(Device& device)
               .aerial_light = table(device, "aerial_light", kAerialAzimuths, kAerialElevations, kAerialDistances),
               .aerial_transmittance = table(device, "aerial_transmittance", kAerialAzimuths, kAerialElevations, kAerialDistances)} {}
 
-const AtmosphereTables& AtmospherePass::add(FrameBuilder& frame, const Buffer& frame_constants, const Params& params) {
-  if (albedo_ != params.ground_albedo) add_lasting(frame, params.ground_albedo);
+const AtmosphereTables& AtmospherePass::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer, const Params& params) {
+  if (albedo_ != params.ground_albedo) {
+    add_lasting(frame, params.ground_albedo);
+    sky_view_of_ = aerial_of_ = {};
+  }
+  const glm::vec2 needed(constants.camera_grid_m.z, constants.sun_direction.z);
+  if (sky_view_of_ != needed) add_sky_view(frame, buffer);
+  sky_view_of_ = needed;
+  if (!params.aerial_perspective) return tables_;
+  if (aerial_of_ != needed) add_aerial(frame, buffer);
+  aerial_of_ = needed;
+  return tables_;
+}
+
+void AtmospherePass::add_sky_view(FrameBuilder& frame, const Buffer& buffer) {
   frame.compute({.name = "sky_view",
                  .kernel = &sky_view_,
-                 .bindings = {{0, frame_constants, Access::uniform},
+                 .bindings = {{0, buffer, Access::uniform},
                               {1, tables_.transmittance, Access::sampled},
                               {2, tables_.multi_scattering, Access::sampled},
                               {3, tables_.sky_smooth, Access::storage_write},
                               {4, tables_.sky_aerosol, Access::storage_write},
                               {5, tables_.view_transmittance, Access::storage_write}},
                  .groups = groups(tables_.sky_smooth, 8, 8)});
-  if (params.aerial_perspective)
-    frame.compute({.name = "aerial_perspective",
-                   .kernel = &aerial_,
-                   .bindings = {{0, frame_constants, Access::uniform},
-                                {1, tables_.transmittance, Access::sampled},
-                                {2, tables_.multi_scattering, Access::sampled},
-                                {3, tables_.aerial_light, Access::storage_write},
-                                {4, tables_.aerial_transmittance, Access::storage_write}},
-                   .groups = groups(tables_.aerial_light, 8, 8)});
-  return tables_;
+}
+
+void AtmospherePass::add_aerial(FrameBuilder& frame, const Buffer& buffer) {
+  frame.compute({.name = "aerial_perspective",
+                 .kernel = &aerial_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, tables_.transmittance, Access::sampled},
+                              {2, tables_.multi_scattering, Access::sampled},
+                              {3, tables_.aerial_light, Access::storage_write},
+                              {4, tables_.aerial_transmittance, Access::storage_write}},
+                 .groups = groups(tables_.aerial_light, 8, 8)});
 }
 
 void AtmospherePass::add_lasting(FrameBuilder& frame, const glm::vec3& ground_albedo) {

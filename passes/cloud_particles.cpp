@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "shared/cloud_particles.h"
@@ -41,6 +42,28 @@ std::array<shared::FeatureWindow, shared::kCloudLattices> feature_windows(const 
   return windows;
 }
 
+// All that the content of the cells depends on, the rest 0.
+FrameConstants what_cells_need(const FrameConstants& constants) {
+  FrameConstants needed;
+  std::memset(&needed, 0, sizeof needed);
+  needed.origin_index = constants.origin_index;
+  needed.camera_cell = constants.camera_cell;
+  needed.growth_turns = constants.growth_turns;
+  needed.seed = constants.seed;
+  needed.coverage = constants.coverage;
+  needed.base_m = constants.base_m;
+  needed.thickness_m = constants.thickness_m;
+  needed.view_distance_m = constants.view_distance_m;
+  needed.ring_count = constants.ring_count;
+  needed.ring_size_cells = constants.ring_size_cells;
+  needed.layer_count = constants.layer_count;
+  needed.inner_cell_m = constants.inner_cell_m;
+  needed.crown_per_cell = constants.crown_per_cell;
+  return needed;
+}
+
+bool same(const FrameConstants& a, const FrameConstants& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
 }  // namespace
 
 std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const FrameConstants& constants) {
@@ -63,6 +86,7 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
                                std::uint32_t capacity)
     : features_kernel_(device, shaders::cloud_features_comp),
       cells_(device, shaders::grid_cells_comp),
+      show_(device, shaders::grid_show_comp),
       fit_(device, shaders::grid_fit_comp),
       thin_(device, shaders::grid_thin_comp),
       expand_(device, shaders::grid_expand_comp),
@@ -77,6 +101,7 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       scan_(device, std::max(cell_count_, capacity_) + 1),
       features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
       cell_clouds_(device, "cell_clouds", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
+      cell_counts_(device, "cell_counts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
       cell_first_(device, "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
       distance_counts_(device, "distance_counts", VkDeviceSize{shared::kDistanceBins} * sizeof(std::uint32_t)),
       particle_cell_(device, "particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
@@ -103,11 +128,7 @@ CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameCons
   return {particles_, visible_, counters_};
 }
 
-void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer) {
-  NEPHELE_CHECK(shared::grid_cell_count(constants) == cell_count_ && shared::feature_count(constants) == feature_count_,
-                "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
-  frame.update("grid_cells", distance_counts_, std::vector<std::byte>(distance_counts_.bytes()));
-  const PushConstants windows = as_push(feature_windows(constants));
+void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& windows) {
   frame.compute({.name = "grid_cells",
                  .kernel = &features_kernel_,
                  .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::storage_write}},
@@ -118,10 +139,26 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
                  .bindings = {{0, buffer, Access::uniform},
                               {1, features_, Access::storage_read},
                               {2, cell_clouds_, Access::storage_write},
-                              {3, cell_first_, Access::storage_write},
-                              {4, counters_, Access::storage_read_write},
-                              {5, distance_counts_, Access::storage_read_write}},
+                              {3, cell_counts_, Access::storage_write}},
                  .push = windows,
+                 .groups = {groups_for(cell_count_), 1, 1}});
+}
+
+void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer) {
+  NEPHELE_CHECK(shared::grid_cell_count(constants) == cell_count_ && shared::feature_count(constants) == feature_count_,
+                "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
+  const PushConstants windows = as_push(feature_windows(constants));
+  const FrameConstants needed = what_cells_need(constants);
+  if (!found_ || !same(*found_, needed)) add_cells(frame, buffer, windows);
+  found_ = needed;
+  frame.update("grid_cells", distance_counts_, std::vector<std::byte>(distance_counts_.bytes()));
+  frame.compute({.name = "grid_cells",
+                 .kernel = &show_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, cell_counts_, Access::storage_read},
+                              {2, cell_first_, Access::storage_write},
+                              {3, counters_, Access::storage_read_write},
+                              {4, distance_counts_, Access::storage_read_write}},
                  .groups = {groups_for(cell_count_ + 1), 1, 1}});
   frame.compute({.name = "grid_cells",
                  .kernel = &fit_,

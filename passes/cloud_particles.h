@@ -4,10 +4,12 @@
 // reads -> writes: frame constants -> particles, visible list; in counters all but tile_pair_*, screen_pair_* and pairs_shaded
 // cost: cells of all rings (four field evaluations each) and the particles of the occupied ones, one evaluation of the base each.
 //
-// The order is fixed: listed particles, then ring by ring, row by row. Nothing depends on earlier frames.
+// The order is fixed: listed particles, then ring by ring, row by row. What stands in the cells is kept while the camera
+// stays in one cell of the finest ring, as it would be found again, bit for bit; nothing else is left of earlier frames.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "engine/frame.h"
@@ -40,22 +42,28 @@ class CloudParticles {
   // covered cell holds, with a seventh to spare; at most what the device's storage buffers take.
   static std::uint32_t capacity_for(const DeviceInfo& device, const shared::FrameConstants& constants);
 
-  // buffer holds `constants` when the steps run. Steps: "grid_cells", "particles", "visibility".
+  // buffer holds `constants` when the steps run. Steps: "grid_cells", "particles", "visibility". Every frame built must
+  // also be run, in order, or forget() called.
   Outputs add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
               const glm::dvec3& camera_world_m);
+
+  // The next frame finds everything anew.
+  void forget() { found_.reset(); }
 
   std::uint32_t capacity() const { return capacity_; }
   Grid grid() const { return {cell_first_, particle_cell_}; }
 
  private:
+  void add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& windows);
   void add_grid(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer);
   void add_listed(FrameBuilder& frame, const glm::dvec3& camera_world_m);
   void add_visible(FrameBuilder& frame, const Buffer& buffer);
 
-  ComputeKernel features_kernel_, cells_, fit_, thin_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
+  ComputeKernel features_kernel_, cells_, show_, fit_, thin_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
   std::uint32_t listed_count_, capacity_, cell_count_, feature_count_;
   PrefixSum scan_;
-  Buffer features_, cell_clouds_, cell_first_, distance_counts_, particle_cell_, listed_, particles_, places_, visible_, counters_;
+  std::optional<shared::FrameConstants> found_;  // what the kept cells depend on
+  Buffer features_, cell_clouds_, cell_counts_, cell_first_, distance_counts_, particle_cell_, listed_, particles_, places_, visible_, counters_;
 };
 
 }  // namespace nephele

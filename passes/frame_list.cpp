@@ -71,7 +71,7 @@ void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, cons
                             .host_distance = host.distance_m ? host.distance_m : &no_host_,
                             .host_radiance = host.radiance ? host.radiance : &no_host_};
   if (constants.atmosphere_enabled)
-    composite.atmosphere = &atmosphere_.add(frame, constants_, {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
+    composite.atmosphere = &atmosphere_.add(frame, constants, constants_, {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
                                                                 .aerial_perspective = clouds_ != nullptr || constants.host_scene});
   if (clouds_) add_clouds(frame, constants, camera_world_m, composite);
   composite_.add(frame, composite, camera_world_m, hdr_, display_);
@@ -93,6 +93,11 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
     composite.cloud_shadow = &c.shadow.add(frame, constants_, tiles);
   frame.read_back("read_counters", particles.counters, c.counters_back, sizeof(FrameCounters));
+}
+
+void FramePasses::forget() {
+  atmosphere_.forget();
+  if (clouds_) clouds_->particles.forget();
 }
 
 void FramePasses::count(FrameStats& stats) const {

@@ -19,8 +19,12 @@ class FramePasses {
               const shared::FrameConstants& constants);
   ~FramePasses();
 
-  // Appends all steps that this frame's scene needs. host: empty unless constants.host_scene.
+  // Appends all steps that this frame's scene needs and no earlier frame has done alike: every frame built must also be
+  // run, in order. host: empty unless constants.host_scene.
   void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host);
+
+  // The next frame does all its work, whatever an earlier one left.
+  void forget();
 
   // Counts of the last frame, once it has run.
   void count(FrameStats& stats) const;

@@ -8,7 +8,8 @@
 //
 // A host that has a VkDevice lends it through Device::adopt and records frames into its own command buffers.
 //
-// A renderer keeps no history: a frame depends on scene, camera and time alone. One thread at a time.
+// A frame depends on scene, camera and time alone. Work whose inputs stayed the same since the frame before is not done
+// again; what it left is what it would leave again, bit for bit. One thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -37,6 +38,7 @@ struct RenderSettings {
   std::uint32_t width = 1280, height = 720;  // 1 .. kMaxImageSide
   Quality quality = Quality::medium;
   std::uint32_t scale = 1;                   // the cloud layer has 1 / scale of the resolution: 1, 2 or 4
+  bool reuse = true;                         // off: every frame does all its work again, which changes no pixel
   Backend backend = Backend::automatic;
   BlendMode blend = BlendMode::volume;       // exact needs the tiled backend
   bool culling = true;                       // off: particles out of view are lit and sorted too, which changes no pixel
@@ -63,7 +65,7 @@ struct FrameStats {
   std::uint32_t particles_generated = 0;
   std::uint32_t particles_visible = 0;
   std::map<std::string, std::uint64_t> overflow;  // buffer -> items that found no room; all 0 in a good frame
-  std::vector<PassTime> passes;                   // GPU time by pass, in frame order
+  std::vector<PassTime> passes;                   // GPU time by pass, in frame order; none when nothing had changed
   double frame_ms = 0;                            // wall time of the whole frame, recording included
   double cpu_ms = 0;                              // of that: building and recording on the CPU
   std::uint64_t gpu_memory_bytes = 0;
@@ -84,7 +86,7 @@ class Renderer {
   void render(const CameraState& camera, double time_s, const HostScene& host = {});
 
   // The same for a host with its own command buffer (of a device lent through Device::adopt): records the frame, the
-  // host submits it. Before the next frame is recorded the host must have waited for this one; then collect() reads
+  // host submits it, as the next one builds on it. Before the next frame is recorded the host must have waited for this one; then collect() reads
   // its times and counts. The images below are in layout GENERAL, made visible to everything that follows.
   void record(const CameraState& camera, double time_s, VkCommandBuffer commands, const HostScene& host = {});
   void collect();

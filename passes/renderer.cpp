@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
+#include <optional>
 
 #include "engine/camera.h"
 #include "passes/frame_list.h"
@@ -93,6 +95,13 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   return c;
 }
 
+// All that a frame of a scene depends on but the content of a host's images.
+struct Inputs {
+  FrameConstants constants;
+  glm::dvec3 camera_m;
+  bool host;
+};
+
 }  // namespace
 
 struct Renderer::Implementation {
@@ -110,9 +119,19 @@ struct Renderer::Implementation {
     constants.host_scene = host.distance_m != nullptr;
     place_camera(camera, time_s);
     FrameBuilder frame(device);
-    passes.add(frame, constants, from_origin(scene, camera.position_m), host);
+    if (!settings.reuse) passes.forget();
+    if (const Inputs inputs{constants, camera.position_m, host.distance_m != nullptr}; !settings.reuse || !stands_for(inputs)) {
+      passes.add(frame, constants, from_origin(scene, camera.position_m), host);
+      shown = inputs;
+    }
     description = frame.describe();
     return frame;
+  }
+
+  // Whether the last frame's image is this one's too. A host's may change without a word.
+  bool stands_for(const Inputs& inputs) const {
+    return shown && !shown->host && !inputs.host && shown->camera_m == inputs.camera_m &&
+           std::memcmp(&shown->constants, &inputs.constants, sizeof constants) == 0;
   }
 
   void check_host(const HostScene& host) const {
@@ -127,9 +146,7 @@ struct Renderer::Implementation {
     constants.clip_from_render = matrices.clip_from_render;
     constants.render_from_clip = matrices.render_from_clip;
     const glm::dvec2 wind = scene.clouds ? scene.clouds->wind_m_per_s : glm::dvec2(0.0);
-    const shared::GridPlace place = shared::grid_place(shared::cloud_from_world(from_origin(scene, camera.position_m), wind, time_s));
-    constants.origin_index = place.origin_index;
-    constants.camera_grid_m = place.grid_m;
+    shared::place_camera(constants, shared::grid_place(shared::cloud_from_world(from_origin(scene, camera.position_m), wind, time_s)));
     constants.growth_turns = growth_turns(scene, time_s);
   }
 
@@ -137,6 +154,7 @@ struct Renderer::Implementation {
   Scene scene;
   RenderSettings settings;
   FrameConstants constants;
+  std::optional<Inputs> shown;  // by the last frame
   FramePasses passes;
   FrameExecutor executor;
   FrameStats stats;
@@ -195,7 +213,7 @@ void Renderer::record(const CameraState& camera, double time_s, VkCommandBuffer 
 void Renderer::collect() {
   Implementation& r = *implementation_;
   r.stats.passes = r.executor.pass_times();
-  r.stats.fragments_shaded = r.executor.fragments_shaded();
+  if (!r.stats.passes.empty()) r.stats.fragments_shaded = r.executor.fragments_shaded();
   r.stats.gpu_memory_bytes = r.device.allocated_bytes();
   r.stats.backend = r.settings.method == Method::raymarch ? method_name(r.settings.method) : backend_name(r.settings.backend);
   r.passes.count(r.stats);

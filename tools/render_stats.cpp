@@ -12,14 +12,19 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Median over the frames of each pass's time, in the last frame's order.
+// Median over the frames of each pass's time, 0 in frames that had no need of it; in the order of the fullest frame.
 ordered_json pass_times(const std::vector<FrameStats>& frames) {
   std::map<std::string, std::vector<double>> times;
   for (const FrameStats& frame : frames)
     for (const PassTime& pass : frame.passes) times[pass.name].push_back(pass.gpu_ms);
+  const auto fullest = std::max_element(frames.begin(), frames.end(),
+                                        [](const FrameStats& a, const FrameStats& b) { return a.passes.size() < b.passes.size(); });
   ordered_json passes = ordered_json::array();
-  for (const PassTime& pass : frames.back().passes)
-    passes.push_back({{"name", pass.name}, {"ms", percentiles(times[pass.name]).median}});
+  for (const PassTime& pass : fullest->passes) {
+    std::vector<double>& ms = times[pass.name];
+    ms.resize(frames.size(), 0.0);
+    passes.push_back({{"name", pass.name}, {"ms", percentiles(ms).median}});
+  }
   return passes;
 }
 

@@ -30,7 +30,7 @@ namespace nephele::tools {
 // One picture to be rendered.
 struct SweepPicture {
   Scene scene;
-  RenderSettings render;
+  RenderSettings render{.reuse = false};  // every measured frame does all its work
   std::string table_preset = "default";
   nlohmann::json description;  // every setting and the whole scene document: equal pictures have equal ones
   std::string key;             // its hash

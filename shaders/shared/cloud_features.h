@@ -166,7 +166,7 @@ NEPHELE_FN CloudParams cloud_params(FrameConstants frame) {
   return params;
 }
 
-// The part of a lattice that the particles of a frame can ask for: a square around the camera.
+// The part of a lattice that particles can ask for while the camera stays in its finest cell: a square around it.
 struct FeatureWindow {
   ivec2 corner;   // lattice cell, counted from the grid origin
   int side;
@@ -175,7 +175,9 @@ struct FeatureWindow {
 
 NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
   // The field is looked at inside cells whose centre is within reach; the warp moves by kWarpM.
-  float reach = cloud_reach_m(frame) + 0.5f * ring_cell_m(frame, frame.ring_count - 1u) + 1.5f * kWarpM;
+  float finest_m = ring_cell_m(frame, 0u);
+  float reach = cloud_reach_m(frame) + finest_m + 0.5f * ring_cell_m(frame, frame.ring_count - 1u) + 1.5f * kWarpM;
+  vec2 middle_m = vec2((float(frame.camera_cell.x) + 0.5f) * finest_m, (float(frame.camera_cell.y) + 0.5f) * finest_m);
   FeatureWindow window;
   window.corner = ivec2(0);
   window.side = 0;
@@ -184,7 +186,7 @@ NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
     window.first += uint(window.side * window.side);
     float n = float(feature_cells(i));
     window.side = 2 * int(ceil(reach * (n / kOriginUnitM))) + 4;
-    window.corner = ivec2(floor((vec2(frame.camera_grid_m.x, frame.camera_grid_m.y) - vec2(reach)) * (n / kOriginUnitM))) - ivec2(1);
+    window.corner = ivec2(floor((middle_m - vec2(reach)) * (n / kOriginUnitM))) - ivec2(1);
   }
   return window;
 }

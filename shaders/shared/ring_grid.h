@@ -33,8 +33,8 @@ NEPHELE_FN uint grid_cell_count(FrameConstants frame) {
 // The ring's lower corner: the camera is within one cell of the ring's centre, and the ring's border falls on cell
 // borders of the next ring, so that finer rings exactly fill whole coarser cells.
 NEPHELE_FN ivec2 ring_corner(FrameConstants frame, uint ring) {
-  vec2 pairs = lattice_position(vec2(frame.camera_grid_m.x, frame.camera_grid_m.y), ring_lattice(frame, ring)) * 0.5f;
-  return ivec2(floor(pairs + vec2(0.5f))) * 2 - ivec2(int(frame.ring_size_cells) / 2);
+  ivec2 pair = (frame.camera_cell + ivec2(1 << int(ring))) >> (int(ring) + 1);  // the corner of four that is nearest
+  return pair * 2 - ivec2(int(frame.ring_size_cells) / 2);
 }
 
 NEPHELE_FN GridCell grid_cell(FrameConstants frame, uint cell) {
@@ -94,6 +94,18 @@ NEPHELE_FN float cell_weight(FrameConstants frame, GridCell cell) {
   return lod_weight(frame, cell.ring, cell_distance_m(frame, cell));
 }
 
+// Whether a cell may show while the camera stays in its finest cell: what is found there lasts as long.
+NEPHELE_FN bool cell_may_show(FrameConstants frame, GridCell cell) {
+  float finest_m = ring_cell_m(frame, 0u);
+  float dx = cell.corner_m.x + 0.5f * cell.size_m - (float(frame.camera_cell.x) + 0.5f) * finest_m;
+  float dy = cell.corner_m.y + 0.5f * cell.size_m - (float(frame.camera_cell.y) + 0.5f) * finest_m;
+  float distance_m = sqrt(dx * dx + dy * dy);
+  float way_m = 0.75f * finest_m;  // half the finest cell's diagonal, and rounding
+  if (distance_m - way_m >= cloud_reach_m(frame)) return false;
+  if (cell.ring + 1u < frame.ring_count && ring_presence(frame, cell.ring, distance_m - way_m) <= 0.0f) return false;
+  return cell.ring == 0u || ring_presence(frame, cell.ring - 1u, distance_m + way_m) < 1.0f;
+}
+
 // Cells sorted by distance, coarsely: what finds no room in a buffer is left out from the last bin on.
 NEPHELE_CONST(uint, kDistanceBins, 256u);
 
@@ -101,6 +113,15 @@ NEPHELE_FN uint distance_bin(FrameConstants frame, GridCell cell) {
   float share = cell_distance_m(frame, cell) / max(cloud_reach_m(frame), 1e-3f);
   return min(uint(float(kDistanceBins) * share), kDistanceBins - 1u);
 }
+
+#ifdef __cplusplus
+// Puts the camera into the grid. On the CPU, so that all passes agree on the cell; inner_cell_m must be set.
+inline void place_camera(FrameConstants& frame, const GridPlace& place) {
+  frame.origin_index = place.origin_index;
+  frame.camera_grid_m = place.grid_m;
+  frame.camera_cell = ivec2(floor(lattice_position(vec2(place.grid_m.x, place.grid_m.y), ring_lattice(frame, 0u))));
+}
+#endif
 
 NEPHELE_SHARED_END
 

@@ -16,6 +16,7 @@ struct FrameConstants {
   mat4 clip_from_render;         // projection * rotation; Vulkan clip space, y down, reverse-free depth unused
   mat4 render_from_clip;         // its inverse: direction of a pixel = normalize((M * vec4(ndc, 1, 1)).xyz)
   vec3 camera_grid_m;            // camera in grid space; z = altitude
+  ivec2 camera_cell;             // the finest ring's cell that the camera is in (place_camera in ring_grid.h)
   float growth_turns;            // of the clouds' cycle of growth and decay since time 0, [0, 1); below 0: they keep their size
   vec3 sun_direction;            // unit, towards the sun, at the camera
   float sun_angular_radius_rad;

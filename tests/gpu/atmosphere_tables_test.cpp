@@ -61,7 +61,7 @@ TEST_CASE("the atmosphere's tables agree with the CPU") {
     Buffer buffer(device, "constants", sizeof constants);
     buffer.write(std::as_bytes(std::span(&constants, 1)));
     FrameBuilder frame(device);
-    const AtmosphereTables& tables = pass.add(frame, buffer, {.ground_albedo = constants.ground_albedo});
+    const AtmosphereTables& tables = pass.add(frame, constants, buffer, {.ground_albedo = constants.ground_albedo});
     executor.run(frame);
 
     const Texels transmittance = read(tables.transmittance), multi_scattering = read(tables.multi_scattering);
@@ -120,23 +120,24 @@ TEST_CASE("the atmosphere's tables agree with the CPU") {
   }
 }
 
-TEST_CASE("lasting tables are made once, and again for another ground") {
+TEST_CASE("tables are made once, and again for another ground, altitude or sun") {
   Device& device = test::test_device();
   AtmospherePass pass(device);
   FrameExecutor executor(device);
-  const FrameConstants constants = test::sky_constants({});
+  FrameConstants constants = test::sky_constants({});
   Buffer buffer(device, "constants", sizeof constants);
-  buffer.write(std::as_bytes(std::span(&constants, 1)));
   const auto steps = [&](glm::vec3 albedo, bool aerial) {
+    buffer.write(std::as_bytes(std::span(&constants, 1)));
     FrameBuilder frame(device);
-    pass.add(frame, buffer, {.ground_albedo = albedo, .aerial_perspective = aerial});
+    pass.add(frame, constants, buffer, {.ground_albedo = albedo, .aerial_perspective = aerial});
     executor.run(frame);
     return frame.declarations().size();
   };
   CHECK(steps(glm::vec3(0.1f), false) == 4);
   const Texels dark = read(pass.tables().sky_irradiance);
-  CHECK(steps(glm::vec3(0.1f), false) == 1);
-  CHECK(steps(glm::vec3(0.1f), true) == 2);
+  CHECK(steps(glm::vec3(0.1f), false) == 0);
+  CHECK(steps(glm::vec3(0.1f), true) == 1);
+  CHECK(steps(glm::vec3(0.1f), true) == 0);
   CHECK(read(pass.tables().sky_irradiance).values == dark.values);
   CHECK(steps(glm::vec3(0.8f), true) == 4);
   const Texels bright = read(pass.tables().sky_irradiance);
@@ -144,4 +145,10 @@ TEST_CASE("lasting tables are made once, and again for another ground") {
   const vec3 below_dark = sky_irradiance_from_below(dark.table, 1000.0f, 0.7f), below_bright = sky_irradiance_from_below(bright.table, 1000.0f, 0.7f);
   CHECK(below_bright.y > 3.0f * below_dark.y);
   CHECK(sky_irradiance_from_above(bright.table, 0.0f, 0.7f).y > sky_irradiance_from_above(dark.table, 0.0f, 0.7f).y);
+  constants.camera_grid_m.z += 0.25f;
+  CHECK(steps(glm::vec3(0.8f), true) == 2);
+  constants.sun_direction.z += 1e-6f;
+  CHECK(steps(glm::vec3(0.8f), true) == 2);
+  pass.forget();
+  CHECK(steps(glm::vec3(0.8f), true) == 4);
 }

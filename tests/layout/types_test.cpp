@@ -37,7 +37,7 @@ void check_layout(const ShaderCode& code, const char* struct_name, const std::ve
 TEST_CASE("FrameConstants") {
   check_layout(shaders::prepare_draw_comp, "FrameConstants",
                {MEMBER(FrameConstants, clip_from_render), MEMBER(FrameConstants, render_from_clip), MEMBER(FrameConstants, camera_grid_m),
-                MEMBER(FrameConstants, growth_turns), MEMBER(FrameConstants, sun_direction), MEMBER(FrameConstants, sun_angular_radius_rad),
+                MEMBER(FrameConstants, camera_cell), MEMBER(FrameConstants, growth_turns), MEMBER(FrameConstants, sun_direction), MEMBER(FrameConstants, sun_angular_radius_rad),
                 MEMBER(FrameConstants, sun_irradiance), MEMBER(FrameConstants, exposure), MEMBER(FrameConstants, ground_albedo),
                 MEMBER(FrameConstants, atmosphere_enabled), MEMBER(FrameConstants, image_size_px), MEMBER(FrameConstants, layer_size_px),
                 MEMBER(FrameConstants, scale), MEMBER(FrameConstants, ground_enabled), MEMBER(FrameConstants, origin_index),

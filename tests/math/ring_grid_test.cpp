@@ -13,7 +13,7 @@ namespace {
 
 FrameConstants frame_at(float x, float y, uint rings = 4, uint size = 104) {
   FrameConstants frame = cloud_frame();
-  frame.camera_grid_m = vec3(x, y, 1500.0f);
+  place_camera(frame, {ivec2(0), vec3(x, y, 1500.0f)});
   frame.ring_count = rings;
   frame.ring_size_cells = size;
   return frame;

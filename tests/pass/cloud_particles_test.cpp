@@ -115,7 +115,7 @@ TEST_CASE("empty skies") {
   SUBCASE("clouds off") { constants.clouds_enabled = 0; }
   SUBCASE("a view distance of 1 m") {
     constants.view_distance_m = 1.0f;
-    constants.camera_grid_m = {500.0f, 500.0f, 1500.0f};
+    shared::place_camera(constants, {{0, 0}, {500.0f, 500.0f, 1500.0f}});
   }
   SUBCASE("looking up from above") {
     CameraState up;
@@ -174,8 +174,8 @@ TEST_CASE("the sky over a place is the same 10 000 km out") {
   CHECK(b.counters.particle_count < a.counters.particle_count * 3);
   // A shift of the origin that leaves the world place alone gives the same particles, up to rounding.
   FrameConstants shifted = near_frame;
-  shifted.origin_index += glm::ivec2(1, -1);
-  shifted.camera_grid_m += glm::vec3(-shared::kOriginUnitM, shared::kOriginUnitM, 0.0f);
+  shared::place_camera(shifted, {near_frame.origin_index + glm::ivec2(1, -1),
+                                 near_frame.camera_grid_m + glm::vec3(-shared::kOriginUnitM, shared::kOriginUnitM, 0.0f)});
   const Run c = run(pass, shifted);
   REQUIRE(c.counters.particle_count > 0);
   CHECK(std::abs(static_cast<int>(c.counters.particle_count) - static_cast<int>(a.counters.particle_count)) < 50);

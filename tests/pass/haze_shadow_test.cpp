@@ -38,7 +38,7 @@ TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
   HazeShadow pass(device);
   FrameExecutor executor(device);
   FrameBuilder frame(device);
-  const AtmosphereTables& tables = atmosphere.add(frame, buffer, {.ground_albedo = constants.ground_albedo});
+  const AtmosphereTables& tables = atmosphere.add(frame, constants, buffer, {.ground_albedo = constants.ground_albedo});
   const Image& volume = pass.add(frame, buffer, tables.transmittance, shadow);
   executor.run(frame);
 

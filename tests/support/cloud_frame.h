@@ -4,8 +4,7 @@
 #include <glm/glm.hpp>
 
 #include "engine/camera.h"
-#include "shared/types.h"
-#include "shared/world.h"
+#include "shared/ring_grid.h"
 
 namespace nephele::test {
 
@@ -15,9 +14,6 @@ inline shared::FrameConstants cloud_frame(const CameraState& camera = {}) {
   const CameraMatrices matrices = camera_matrices(camera, 16.0 / 9.0);
   frame.clip_from_render = matrices.clip_from_render;
   frame.render_from_clip = matrices.render_from_clip;
-  const shared::GridPlace place = shared::grid_place(camera.position_m);
-  frame.camera_grid_m = place.grid_m;
-  frame.origin_index = place.origin_index;
   frame.ground_enabled = 1;
   frame.culling_enabled = 1;
   frame.clouds_enabled = 1;
@@ -32,6 +28,7 @@ inline shared::FrameConstants cloud_frame(const CameraState& camera = {}) {
   frame.layer_count = 5;
   frame.crown_per_cell = 2.5f;
   frame.inner_cell_m = 184.0f;
+  shared::place_camera(frame, shared::grid_place(camera.position_m));
   frame.growth_turns = -1.0f;
   return frame;
 }

@@ -90,7 +90,7 @@ class SkyFrame {
     }
     FrameBuilder frame(device_);
     if (constants.atmosphere_enabled)
-      inputs.atmosphere = &atmosphere_.add(frame, buffer, {.ground_albedo = constants.ground_albedo, .aerial_perspective = clouds != nullptr});
+      inputs.atmosphere = &atmosphere_.add(frame, constants, buffer, {.ground_albedo = constants.ground_albedo, .aerial_perspective = clouds != nullptr});
     composite_.add(frame, inputs, camera_m, hdr, display);
     executor_.run(frame);
     SkyPicture picture{width, height, std::vector<glm::vec4>(width * height), std::vector<glm::u8vec4>(width * height)};
