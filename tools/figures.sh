@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-tools/setup.sh
+tools/setup.sh jq
 cmake --preset release
 cmake --build --preset release --target nephele_program
 work=$(mktemp -d)
@@ -28,10 +28,26 @@ row() {  # name, what it is called
     "$(number "$file" particles_generated)" "$(number "$file" particles_visible)" "$shaded" "$(number "$file" median)" "$(number "$file" p95)"
 }
 
+motion_row() {  # name, what it is called
+  awk -v what="$2" -v ms="$(number "$work/$1.json" median)" -v p95="$(number "$work/$1.json" p95)" \
+    -v all="$(number "$work/flying_anew.json" median)" 'BEGIN {printf "| %s | %.1f | %.1f | %.2f |\n", what, ms, p95, ms / all}'
+}
+
 measure small --size 640x360 --quality low --scale 2 --backend attachment "$@"
 measure tiled --size 640x360 --quality low --scale 2 --backend tiled "$@"
 measure exact --size 640x360 --quality low --scale 2 --backend tiled --blend exact "$@"
 measure alpha --size 640x360 --quality low --scale 2 --backend alpha "$@"
+# The same without wind; and a straight flight over the camera's own meridian, 200 m/s at 60 frames a second.
+jq '.clouds.wind_m_per_s = [0, 0]' tools/scenes/fair_weather.json >"$work/still.json"
+jq '.camera | {fps: 60, keys: [{time_s: 0, position_m, yaw_deg, pitch_deg, roll_deg: 0},
+      {time_s: 1, position_m: [.position_m[0], .position_m[1] + 200, .position_m[2]], yaw_deg, pitch_deg, roll_deg: 0}]}' \
+  tools/scenes/fair_weather.json >"$work/flight.json"
+motion() { measure "$1" --size 640x360 --quality low --scale 2 --frames 60 "${@:2}"; }
+motion flying_anew --path "$work/flight.json"
+motion flying --path "$work/flight.json" --reuse
+motion windy --reuse
+motion still --scene "$work/still.json" --reuse
+
 measure low --size 1280x720 --quality low "$@"
 measure medium --size 1280x720 --quality medium "$@"
 measure high --size 1280x720 --quality high "$@"
@@ -53,6 +69,16 @@ measure raster --size 1280x720 --quality high --backend attachment "$@"
   row medium "1280x720, medium"
   row high "1280x720, high"
   row raster "1280x720, high"
+  echo
+  echo "What a frame does not do again (\`RenderSettings::reuse\`, \`render --reuse\`; bit for bit the same image), 640x360, low,"
+  echo "scale 2, the device's own backend, over 60 frames:"
+  echo
+  echo "| camera | median ms | p95 ms | of the first row |"
+  echo "|---|---|---|---|"
+  motion_row flying_anew "flying at 200 m/s, 60 frames/s, everything anew"
+  motion_row flying "flying, with reuse"
+  motion_row windy "standing, clouds drifting with the wind, with reuse"
+  motion_row still "standing, no wind, with reuse"
   echo
   echo "Passes of the first row and of the high one (medians; a stamp can lag into the next pass on a software"
   echo "device):"

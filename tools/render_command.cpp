@@ -32,7 +32,7 @@ struct RenderOptions {
   double time_s = 0;
   std::uint64_t frames = 0;  // 0: not given
   std::uint64_t warmup = 0;
-  bool no_reuse = false, quiet = false;
+  bool reuse = false, quiet = false;
 };
 
 // Checked and loaded: nothing the user typed can be wrong any more, except what only the device knows.
@@ -87,7 +87,7 @@ Result<RenderJob> prepare(const RenderOptions& options) {
                   .height = size->height,
                   .quality = quality_named(options.quality),
                   .scale = options.scale,
-                  .reuse = !options.no_reuse,
+                  .reuse = options.reuse,
                   .backend = parse_backend(options.backend),
                   .blend = options.blend == blend_mode_name(BlendMode::exact) ? BlendMode::exact : BlendMode::volume,
                   .method = options.method == method_name(Method::raymarch) ? Method::raymarch : Method::particles,
@@ -213,7 +213,7 @@ Command add_render_command(CLI::App& program) {
   app->add_option("--warmup", options->warmup, "Frames rendered first, neither timed nor written")
       ->check(CLI::Range(std::uint64_t{0}, kMaxFrames))
       ->capture_default_str();
-  app->add_flag("--no-reuse", options->no_reuse, "Every frame does all its work again, also what a frame before left ready: for timing");
+  app->add_flag("--reuse", options->reuse, "Do not do again what the frame before left ready, as hosts do; without it every frame's time is that of all its work");
   app->add_flag("--quiet", options->quiet, "No progress bar");
   return {app, [options] { return run_render(*options); }};
 }

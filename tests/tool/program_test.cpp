@@ -182,6 +182,17 @@ TEST_CASE("program: a sequence along a camera path is numbered and moves") {
   CHECK(same_bytes(directory / "f0002.png", directory / "one.png"));
 }
 
+TEST_CASE("program: reuse changes no byte of any frame") {
+  const TempDirectory directory;
+  const std::string path = directory / "path.json";
+  write_file(path, R"({"fps": 2, "keys": [{"time_s": 0, "position_m": [0, 0, 1200]}, {"time_s": 1, "position_m": [0, 0, 1200]},
+                                          {"time_s": 2, "position_m": [40, 0, 1200], "yaw_deg": 5}]})");
+  run_quietly(small_render({"--path", path, "--out", directory / "a%04d.png"}));
+  run_quietly(small_render({"--path", path, "--out", directory / "b%04d.png", "--reuse"}));
+  for (const char* frame : {"0000.png", "0001.png", "0002.png", "0003.png", "0004.png"})
+    CHECK_MESSAGE(read_file(directory / (std::string("a") + frame)) == read_file(directory / (std::string("b") + frame)), frame);
+}
+
 TEST_CASE("program: an option given twice means its last value, so scripts can give defaults") {
   const TempDirectory directory;
   run_quietly(small_render({"--size", "32x18", "--out", directory / "a.exr", "--out", directory / "b.exr"}));
