@@ -9,13 +9,20 @@
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #include <stb_image_write.h>
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#define STBI_NO_STDIO
+#include <stb_image.h>
 
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <limits>
 
 #include "engine/atomic_file.h"
 #include "engine/check.h"
+#include "engine/json_reader.h"
 
 namespace nephele {
 namespace {
@@ -79,6 +86,26 @@ Result<void> write_png(const std::string& path, std::uint32_t width, std::uint32
                                              rgb.data(), static_cast<int>(width * 3));
   NEPHELE_CHECK(encoded != 0, "PNG of ", width, " x ", height);
   return write_file_atomically(path, file);
+}
+
+Result<ImageBytes> read_png(const std::string& path, std::uint32_t max_side_px) {
+  const Result<std::string> file = read_text_file(path);
+  if (!file) return file.error();
+  const auto unreadable_png = [&](const std::string& reason) { return Error{path + ": can't be read as a PNG image: " + reason}; };
+  const auto* bytes = reinterpret_cast<const stbi_uc*>(file->data());
+  const int length = static_cast<int>(std::min<std::size_t>(file->size(), std::numeric_limits<int>::max()));
+  int width = 0, height = 0, channels = 0;
+  if (!stbi_info_from_memory(bytes, length, &width, &height, &channels)) return unreadable_png(stbi_failure_reason());
+  const int most = static_cast<int>(max_side_px);
+  if (width < 1 || height < 1 || width > most || height > most)
+    return unreadable_png(concat("it is ", width, " x ", height, "; accepted: 1 to ", max_side_px, " a side"));
+  const int kept = channels < 3 ? 1 : 3;
+  stbi_uc* pixels = stbi_load_from_memory(bytes, length, &width, &height, &channels, kept);
+  if (!pixels) return unreadable_png(stbi_failure_reason());
+  ImageBytes image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(kept), {}};
+  image.data.assign(pixels, pixels + std::size_t{image.width} * image.height * image.channels);
+  stbi_image_free(pixels);
+  return image;
 }
 
 Result<void> write_exr(const std::string& path, const ImageF& image) {

@@ -31,6 +31,15 @@ struct ImageF {
 Result<void> write_png(const std::string& path, std::uint32_t width, std::uint32_t height,
                        std::span<const std::uint8_t> rgba);
 
+// 8 bits a channel as they stand in the file (16 are cut to 8), no colour management; alpha is dropped.
+struct ImageBytes {
+  std::uint32_t width = 0, height = 0;
+  std::uint32_t channels = 0;      // 1 (grey) or 3
+  std::vector<std::uint8_t> data;  // rows from the top, channels interleaved
+};
+
+Result<ImageBytes> read_png(const std::string& path, std::uint32_t max_side_px = kMaxImageSidePx);
+
 Result<void> write_exr(const std::string& path, const ImageF& image);
 
 // All channels of the data window as float32, in the file's own order (alphabetical): look them up by name.

@@ -1,5 +1,10 @@
 #include "engine/scene.h"
 
+#include <cmath>
+#include <filesystem>
+
+#include "engine/check.h"
+#include "engine/image_io.h"
 #include "engine/json_reader.h"
 
 namespace nephele {
@@ -24,7 +29,30 @@ void read_sun(JsonObject& json, SunSettings& sun) {
   json.vector("irradiance", sun.irradiance, {kLight});
 }
 
-void read_clouds(JsonObject& json, CloudSettings& clouds) {
+constexpr Range kMapExtentM{1, 4e7};
+
+// Where the map lies; its texels are read once the rest of the scene is found good.
+void read_weather_map(JsonObject& json, WeatherMap& map, std::string& file) {
+  for (const char* key : {"file", "origin_m", "extent_m"}) json.require(key);
+  json.string("file", file);
+  json.vector("origin_m", map.origin_m, {kHorizontalM});
+  json.vector("extent_m", map.extent_m, {kMapExtentM});
+}
+
+Result<void> load_texels(WeatherMap& map, const std::string& path) {
+  const Result<ImageBytes> image = read_png(path, kMaxWeatherMapSide);
+  if (!image) return image.error();
+  map.width = image->width;
+  map.height = image->height;
+  map.texels.resize(std::size_t{map.width} * map.height);
+  for (std::size_t i = 0; i < map.texels.size(); ++i) {
+    const std::uint8_t* pixel = &image->data[i * image->channels];
+    map.texels[i] = image->channels == 1 ? glm::u8vec2(pixel[0], 255) : glm::u8vec2(pixel[0], pixel[1]);
+  }
+  return {};
+}
+
+void read_clouds(JsonObject& json, CloudSettings& clouds, std::string& weather_file) {
   json.integer("seed", clouds.seed);
   json.number("coverage", clouds.coverage, kFraction);
   json.number("base_m", clouds.base_m, {0, 20000});
@@ -33,6 +61,7 @@ void read_clouds(JsonObject& json, CloudSettings& clouds) {
   json.number("growth_period_s", clouds.growth_period_s, {0, 1e6});
   json.vector("wind_m_per_s", clouds.wind_m_per_s, {{-500, 500}});
   json.number("view_distance_m", clouds.view_distance_m, {1, 500000});
+  json.object("weather_map", [&](JsonObject& child) { read_weather_map(child, clouds.weather_map.emplace(), weather_file); });
 }
 
 void read_phase(JsonObject& json, PhaseSettings& phase) {
@@ -54,7 +83,7 @@ void read_particle(JsonObject& json, ListedParticle& particle) {
   if (json.has("radiance")) particle.radiance = radiance;
 }
 
-void read_scene(JsonObject& json, Scene& scene) {
+void read_scene(JsonObject& json, Scene& scene, std::string& weather_file) {
   json.vector("world_origin_m", scene.world_origin_m, {kHorizontalM});
   json.object("camera", [&](JsonObject& child) { read_camera(child, scene.camera); });
   json.object("sun", [&](JsonObject& child) { read_sun(child, scene.sun); });
@@ -65,7 +94,7 @@ void read_scene(JsonObject& json, Scene& scene) {
   });
   json.number("exposure_ev", scene.exposure_ev, {-32, 32});
   if (json.has("particles") && !json.has("clouds")) scene.clouds.reset();
-  json.object("clouds", [&](JsonObject& child) { read_clouds(child, *scene.clouds); });
+  json.object("clouds", [&](JsonObject& child) { read_clouds(child, *scene.clouds, weather_file); });
   json.object("phase", [&](JsonObject& child) { read_phase(child, scene.phase); });
   json.objects("particles", kMaxListedParticles,
                [&](JsonObject& child) { read_particle(child, scene.particles.emplace_back()); });
@@ -73,22 +102,40 @@ void read_scene(JsonObject& json, Scene& scene) {
 
 }  // namespace
 
-Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors) {
+Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors, const std::string& directory) {
   const Result<nlohmann::json> document = parse_json(json_text, name_for_errors);
   if (!document) return document.error();
   JsonReader reader(name_for_errors);
   JsonObject root = reader.root(*document);
   Scene scene;
-  read_scene(root, scene);
+  std::string weather_file;
+  read_scene(root, scene, weather_file);
   root.finish();
   if (reader.error()) return *reader.error();
+  if (scene.clouds && scene.clouds->weather_map)
+    if (auto ok = load_texels(*scene.clouds->weather_map, (std::filesystem::path(directory) / weather_file).string()); !ok)
+      return Error{concat(name_for_errors, ": clouds.weather_map.file: ", ok.error().message)};
   return scene;
 }
 
 Result<Scene> load_scene(const std::string& path) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.error();
-  return parse_scene(*text, path);
+  return parse_scene(*text, path, std::filesystem::path(path).parent_path().string());
+}
+
+Result<void> check_weather_map(const WeatherMap& map) {
+  if (map.width < 1 || map.height < 1 || map.width > kMaxWeatherMapSide || map.height > kMaxWeatherMapSide)
+    return Error{concat("weather map is ", map.width, " x ", map.height, " texels; accepted: 1 to ", kMaxWeatherMapSide, " a side")};
+  if (map.texels.size() != std::size_t{map.width} * map.height)
+    return Error{concat("weather map of ", map.width, " x ", map.height, " has ", map.texels.size(), " texels")};
+  for (glm::length_t i = 0; i < 2; ++i) {
+    if (!(map.extent_m[i] >= kMapExtentM.minimum && map.extent_m[i] <= kMapExtentM.maximum))
+      return Error{concat("weather map's extent_m[", i, "] is ", map.extent_m[i], "; accepted: ", kMapExtentM.minimum, " to ", kMapExtentM.maximum)};
+    if (!(std::abs(map.origin_m[i]) <= kHorizontalM.maximum))
+      return Error{concat("weather map's origin_m[", i, "] is ", map.origin_m[i], "; accepted: ", kHorizontalM.minimum, " to ", kHorizontalM.maximum)};
+  }
+  return {};
 }
 
 }  // namespace nephele

@@ -38,6 +38,17 @@ struct GroundSettings {
   glm::vec3 albedo{0.12f, 0.14f, 0.10f};
 };
 
+// Coverage and type of the clouds over a part of the ground. It lies still in the world; clouds drift through it with
+// the wind, and grow and vanish as they come into other weather. Values between the middles of texels are interpolated.
+// Outside the map the settings' own coverage holds, and type 255, after a fade over 2 km.
+struct WeatherMap {
+  std::uint32_t width = 0, height = 0;  // texels, 1 .. kMaxWeatherMapSide
+  std::vector<glm::u8vec2> texels;      // rows from the north, of 255: x coverage; y type, 0 humilis (many, small, flat) .. 255 as without a map
+  glm::dvec2 origin_m{0.0};             // of the south-west corner, in the world
+  glm::dvec2 extent_m{0.0};             // east and north from there
+};
+inline constexpr std::uint32_t kMaxWeatherMapSide = 4096;
+
 struct CloudSettings {
   std::uint32_t seed = 1;
   float coverage = 0.45f;
@@ -47,6 +58,7 @@ struct CloudSettings {
   glm::dvec2 wind_m_per_s{6.0, 2.0};
   double growth_period_s = 0.0;  // each cloud grows and shrinks once in this time, out of step with the others; 0: never
   float view_distance_m = 80000.0f;
+  std::optional<WeatherMap> weather_map;
 };
 
 enum class PhaseFunction : std::uint8_t { henyey_greenstein, cornette_shanks };
@@ -90,7 +102,14 @@ struct Scene {
 // Every key is optional and defaults to the value above. A file without "clouds" has the default clouds, unless it
 // lists "particles" (even none of them): then it has no others. Unknown or repeated keys, wrong types and values
 // out of range are errors naming the file, the key's path, the value and what is accepted.
+//
+// "clouds"."weather_map" is {"file": PNG, "origin_m": [x, y], "extent_m": [x, y]}, all three required, the file's path
+// relative to the scene file's directory. Red is coverage, green type, each as value / 255 with no colour management;
+// a grey image is coverage alone, with type 255.
 Result<Scene> load_scene(const std::string& path);
-Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors);
+Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors, const std::string& directory = ".");
+
+// One line if the map's texels are not width * height, or a side or its extent is out of range: for maps that no file made.
+Result<void> check_weather_map(const WeatherMap& map);
 
 }  // namespace nephele

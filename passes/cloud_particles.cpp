@@ -35,11 +35,38 @@ std::vector<shared::ListedSource> listed_sources(std::span<const ListedParticle>
   return sources;
 }
 
-std::array<shared::FeatureWindow, shared::kCloudLattices> feature_windows(const FrameConstants& constants) {
+// As cloud_features.glsl has it.
+struct GridPush {
   std::array<shared::FeatureWindow, shared::kCloudLattices> windows;
+  shared::WeatherPlacement weather;
+};
+
+GridPush grid_push(const FrameConstants& constants, const shared::WeatherPlacement& weather) {
+  GridPush push{{}, weather};
   for (std::uint32_t lattice = 0; lattice < shared::kCloudLattices; ++lattice)
-    windows[lattice] = shared::feature_window(constants, lattice);
-  return windows;
+    push.windows[lattice] = shared::feature_window(constants, lattice);
+  return push;
+}
+
+// As weather.h has them; one texel that is never read where there is no map.
+std::vector<std::uint32_t> packed_texels(const WeatherMap* map) {
+  std::vector<std::uint32_t> packed;
+  if (map)
+    for (const glm::u8vec2 texel : map->texels) packed.push_back(texel.x | std::uint32_t{texel.y} << 8);
+  packed.resize(std::max<std::size_t>(packed.size(), 1));
+  return packed;
+}
+
+float most_coverage(const FrameConstants& constants, const WeatherMap* map) {
+  float most = constants.coverage;
+  if (map)
+    for (const glm::u8vec2 texel : map->texels) most = std::max(most, static_cast<float>(texel.x) / 255.0f);
+  return most;
+}
+
+FrameConstants with_coverage(FrameConstants constants, float coverage) {
+  constants.coverage = coverage;
+  return constants;
 }
 
 // All that the content of the cells depends on, the rest 0.
@@ -62,7 +89,10 @@ FrameConstants what_cells_need(const FrameConstants& constants) {
   return needed;
 }
 
-bool same(const FrameConstants& a, const FrameConstants& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+template <class T>
+bool same(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
 
 }  // namespace
 
@@ -83,7 +113,7 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
 }
 
 CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, std::span<const ListedParticle> listed,
-                               std::uint32_t capacity)
+                               std::uint32_t capacity, const WeatherMap* map)
     : features_kernel_(device, shaders::cloud_features_comp),
       cells_(device, shaders::grid_cells_comp),
       show_(device, shaders::grid_show_comp),
@@ -94,11 +124,14 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       listed_kernel_(device, shaders::listed_particles_comp),
       visibility_(device, shaders::visibility_comp),
       visible_list_(device, shaders::visible_list_comp),
+      map_size_(map ? glm::ivec2(map->width, map->height) : glm::ivec2(0)),
+      most_coverage_(most_coverage(constants, map)),
       listed_count_(static_cast<std::uint32_t>(listed.size())),
-      capacity_(capacity > 0 ? capacity : capacity_for(device.info(), constants)),
+      capacity_(capacity > 0 ? capacity : capacity_for(device.info(), with_coverage(constants, most_coverage_))),
       cell_count_(constants.clouds_enabled ? shared::grid_cell_count(constants) : 0),
       feature_count_(constants.clouds_enabled ? shared::feature_count(constants) : 0),
       scan_(device, std::max(cell_count_, capacity_) + 1),
+      weather_map_(device, "weather_map", packed_texels(map).size() * sizeof(std::uint32_t)),
       features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
       cell_clouds_(device, "cell_clouds", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
       cell_counts_(device, "cell_counts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
@@ -112,44 +145,48 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       counters_(device, "counters", sizeof(FrameCounters)) {
   NEPHELE_CHECK(constants.listed_particle_count == listed_count_, constants.listed_particle_count, " and ", listed_count_);
   NEPHELE_CHECK(constants.ring_count >= 1 && constants.ring_count <= shared::kMaxRings, constants.ring_count, " rings");
+  weather_map_.write_vector(packed_texels(map));
   if (!listed.empty()) listed_.write_vector(listed_sources(listed));
 }
 
 CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
-                                            const glm::dvec3& camera_world_m) {
+                                            const glm::dvec3& camera_world_m, const shared::WeatherPlacement& weather) {
+  NEPHELE_CHECK(weather.size == map_size_, weather.size.x, "x", weather.size.y, ", the map is ", map_size_.x, "x", map_size_.y);
   FrameCounters start{};
   start.particle_demand = listed_count_;
   start.particle_count = std::min(listed_count_, capacity_);
   start.particle_groups = {groups_for(start.particle_count), 1, 1};
   frame.update("grid_cells", counters_, as_push(start));
-  if (constants.clouds_enabled && constants.coverage > 0.0f) add_grid(frame, constants, buffer);
+  if (constants.clouds_enabled && most_coverage_ > 0.0f) add_grid(frame, constants, buffer, weather);
   if (listed_count_ > 0) add_listed(frame, camera_world_m);
   add_visible(frame, buffer);
   return {particles_, visible_, counters_};
 }
 
-void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& windows) {
+void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& push) {
   frame.compute({.name = "grid_cells",
                  .kernel = &features_kernel_,
-                 .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::storage_write}},
-                 .push = windows,
+                 .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::storage_write}, {2, weather_map_, Access::storage_read}},
+                 .push = push,
                  .groups = {groups_for(feature_count_), 1, 1}});
   frame.compute({.name = "grid_cells",
                  .kernel = &cells_,
                  .bindings = {{0, buffer, Access::uniform},
                               {1, features_, Access::storage_read},
                               {2, cell_clouds_, Access::storage_write},
-                              {3, cell_counts_, Access::storage_write}},
-                 .push = windows,
+                              {3, cell_counts_, Access::storage_write},
+                              {4, weather_map_, Access::storage_read}},
+                 .push = push,
                  .groups = {groups_for(cell_count_), 1, 1}});
 }
 
-void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer) {
+void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
+                              const shared::WeatherPlacement& weather) {
   NEPHELE_CHECK(shared::grid_cell_count(constants) == cell_count_ && shared::feature_count(constants) == feature_count_,
                 "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
-  const PushConstants windows = as_push(feature_windows(constants));
-  const FrameConstants needed = what_cells_need(constants);
-  if (!found_ || !same(*found_, needed)) add_cells(frame, buffer, windows);
+  const PushConstants push = as_push(grid_push(constants, weather));
+  const Found needed{what_cells_need(constants), weather};
+  if (!found_ || !same(found_->constants, needed.constants) || !same(found_->weather, needed.weather)) add_cells(frame, buffer, push);
   found_ = needed;
   frame.update("grid_cells", distance_counts_, std::vector<std::byte>(distance_counts_.bytes()));
   frame.compute({.name = "grid_cells",
@@ -190,7 +227,7 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
                               {4, particle_cell_, Access::storage_read},
                               {5, counters_, Access::storage_read},
                               {6, particles_, Access::storage_write}},
-                 .push = windows,
+                 .push = push,
                  .indirect = {&counters_, offsetof(FrameCounters, particle_groups)}});
 }
 

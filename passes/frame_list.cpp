@@ -30,7 +30,7 @@ bool by_nearest_point(const RenderSettings& settings) {
 
 struct FramePasses::Clouds {
   Clouds(Device& device, const Tables& tables_in, const Scene& scene, const RenderSettings& settings, const FrameConstants& constants)
-      : particles(device, constants, scene.particles),
+      : particles(device, constants, scene.particles, 0, scene.clouds && scene.clouds->weather_map ? &*scene.clouds->weather_map : nullptr),
         tables(device, tables_in),
         light_tiles(device, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
         occlusion(device, particles.capacity()),
@@ -65,7 +65,8 @@ FramePasses::FramePasses(Device& device, const Tables& tables, const Scene& scen
 
 FramePasses::~FramePasses() = default;
 
-void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host) {
+void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host,
+                      const shared::WeatherPlacement& weather) {
   frame.update("frame_constants", constants_, as_push(constants));
   CompositeInputs composite{.frame_constants = &constants_,
                             .host_distance = host.distance_m ? host.distance_m : &no_host_,
@@ -73,15 +74,15 @@ void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, cons
   if (constants.atmosphere_enabled)
     composite.atmosphere = &atmosphere_.add(frame, constants, constants_, {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
                                                                 .aerial_perspective = clouds_ != nullptr || constants.host_scene});
-  if (clouds_) add_clouds(frame, constants, camera_world_m, composite);
+  if (clouds_) add_clouds(frame, constants, camera_world_m, weather, composite);
   composite_.add(frame, composite, camera_world_m, hdr_, display_);
 }
 
 void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m,
-                             CompositeInputs& composite) {
+                             const shared::WeatherPlacement& weather, CompositeInputs& composite) {
   Clouds& c = *clouds_;
   const Image* transmittance = constants.atmosphere_enabled ? &atmosphere_.tables().transmittance : nullptr;
-  const CloudParticles::Outputs particles = c.particles.add(frame, constants, constants_, camera_world_m);
+  const CloudParticles::Outputs particles = c.particles.add(frame, constants, constants_, camera_world_m, weather);
   c.all_particles = &particles.particles;
   const LightTileLists tiles = c.light_tiles.add(frame, constants_, particles.particles, particles.counters);
   const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters, tiles, transmittance);

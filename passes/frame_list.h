@@ -10,6 +10,7 @@
 #include "passes/composite.h"
 #include "passes/nephele.h"
 #include "shared/types.h"
+#include "shared/weather.h"
 
 namespace nephele {
 
@@ -20,8 +21,9 @@ class FramePasses {
   ~FramePasses();
 
   // Appends all steps that this frame's scene needs and no earlier frame has done alike: every frame built must also be
-  // run, in order. host: empty unless constants.host_scene.
-  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host);
+  // run, in order. host: empty unless constants.host_scene; weather: of the scene's map.
+  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host,
+           const shared::WeatherPlacement& weather);
 
   // The next frame does all its work, whatever an earlier one left.
   void forget();
@@ -37,7 +39,7 @@ class FramePasses {
  private:
   struct Clouds;  // everything that only a scene with clouds needs
   void add_clouds(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m,
-                  CompositeInputs& composite);
+                  const shared::WeatherPlacement& weather, CompositeInputs& composite);
 
   Buffer constants_;
   AtmospherePass atmosphere_;

@@ -76,7 +76,8 @@ struct FrameStats {
 
 class Renderer {
  public:
-  // One clear line when the device lacks the backend or the settings are out of range; create fails with it.
+  // One clear line when the device lacks the backend or the settings are out of range; create fails with it, and with
+  // that of check_weather_map.
   static Result<void> check(const Device& device, const RenderSettings& settings);
   static Result<std::unique_ptr<Renderer>> create(Device& device, const Tables& tables, const Scene& scene,
                                                   const RenderSettings& settings);

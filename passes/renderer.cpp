@@ -61,6 +61,17 @@ float growth_turns(const Scene& scene, double time_s) {
   return std::min(static_cast<float>(turns - std::floor(turns)), std::nextafter(1.0f, 0.0f));
 }
 
+// The weather map under the grid of this frame: it stays where it is in the world while the grid's origin drifts.
+shared::WeatherPlacement weather_placement(const Scene& scene, const glm::dvec3& camera_m, double time_s) {
+  if (!scene.clouds || !scene.clouds->weather_map) return {};
+  const WeatherMap& map = *scene.clouds->weather_map;
+  const double unit_m = static_cast<double>(shared::kOriginUnitM);
+  const glm::dvec3 cloud_m = shared::cloud_from_world(from_origin(scene, camera_m), scene.clouds->wind_m_per_s, time_s);
+  const glm::dvec2 grid_origin_m = glm::round(glm::dvec2(cloud_m) / unit_m) * unit_m;  // as grid_place has it
+  const glm::dvec2 drift_m = scene.clouds->wind_m_per_s * time_s;
+  return shared::weather_placement({map.width, map.height}, map.origin_m - scene.world_origin_m, map.extent_m, grid_origin_m + drift_m);
+}
+
 // What does not change from frame to frame.
 FrameConstants fixed_constants(const Scene& scene, const RenderSettings& settings) {
   FrameConstants c{};
@@ -79,8 +90,9 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.phase_g = scene.phase.g;
   c.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
   c.listed_particle_count = static_cast<std::uint32_t>(scene.particles.size());
-  const CloudSettings clouds = scene.clouds.value_or(CloudSettings{.coverage = 0.0f});
-  c.clouds_enabled = scene.clouds.has_value() && clouds.coverage > 0.0f;
+  const CloudSettings none{.coverage = 0.0f};
+  const CloudSettings& clouds = scene.clouds ? *scene.clouds : none;
+  c.clouds_enabled = scene.clouds.has_value() && (clouds.coverage > 0.0f || clouds.weather_map);
   c.seed = clouds.seed;
   c.coverage = clouds.coverage;
   c.base_m = clouds.base_m;
@@ -99,6 +111,7 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
 struct Inputs {
   FrameConstants constants;
   glm::dvec3 camera_m;
+  shared::WeatherPlacement weather;
   bool host;
 };
 
@@ -120,8 +133,9 @@ struct Renderer::Implementation {
     place_camera(camera, time_s);
     FrameBuilder frame(device);
     if (!settings.reuse) passes.forget();
-    if (const Inputs inputs{constants, camera.position_m, host.distance_m != nullptr}; !settings.reuse || !stands_for(inputs)) {
-      passes.add(frame, constants, from_origin(scene, camera.position_m), host);
+    const Inputs inputs{constants, camera.position_m, weather_placement(scene, camera.position_m, time_s), host.distance_m != nullptr};
+    if (!settings.reuse || !stands_for(inputs)) {
+      passes.add(frame, constants, from_origin(scene, camera.position_m), host, inputs.weather);
       shown = inputs;
     }
     description = frame.describe();
@@ -131,7 +145,8 @@ struct Renderer::Implementation {
   // Whether the last frame's image is this one's too. A host's may change without a word.
   bool stands_for(const Inputs& inputs) const {
     return shown && !shown->host && !inputs.host && shown->camera_m == inputs.camera_m &&
-           std::memcmp(&shown->constants, &inputs.constants, sizeof constants) == 0;
+           std::memcmp(&shown->constants, &inputs.constants, sizeof constants) == 0 &&
+           std::memcmp(&shown->weather, &inputs.weather, sizeof inputs.weather) == 0;
   }
 
   void check_host(const HostScene& host) const {
@@ -187,6 +202,8 @@ Result<void> Renderer::check(const Device& device, const RenderSettings& setting
 
 Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings) {
   if (auto ok = check(device, settings); !ok) return ok.error();
+  if (scene.clouds && scene.clouds->weather_map)
+    if (auto ok = check_weather_map(*scene.clouds->weather_map); !ok) return ok.error();
   RenderSettings resolved = settings;
   resolved.backend = settings.method == Method::raymarch ? Backend::tiled : resolve_backend(device.info(), settings.backend);
   return std::unique_ptr<Renderer>(new Renderer(std::make_unique<Implementation>(device, tables, scene, resolved)));

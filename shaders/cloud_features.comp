@@ -8,6 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 #define WRITES_FEATURES
+#define READS_WEATHER 2
 #include "cloud_features.glsl"
 layout(scalar, set = 0, binding = 1) writeonly buffer Features { PackedFeature features[]; };
 
@@ -19,6 +20,6 @@ void main() {
     const uint side = uint(window.side);
     if (i < window.first || local >= side * side) continue;
     const ivec2 cell = window.corner + ivec2(int(local % side), int(local / side));
-    features[i] = pack_feature(cloud_feature(cloud_params(frame), lattice, cell));
+    features[i] = pack_feature(cloud_feature(frame_cloud_params(), lattice, cell));
   }
 }

@@ -1,8 +1,22 @@
 // What the cloud shaders share: the features around the camera, kept in a buffer. The including shader has declared
 // the uniform block `frame` (binding 0); the windows are the CPU's, so that writer and readers agree.
+// Where READS_WEATHER is its binding, the weather map lies in a buffer too.
+#ifdef READS_WEATHER
+layout(scalar, set = 0, binding = READS_WEATHER) readonly buffer WeatherMap { uint weather_texels[]; };
+#define NEPHELE_WEATHER_TEXEL(weather, i) weather_texels[i]
+#endif
 #include "shared/cloud_features.h"
 
-layout(push_constant, scalar) uniform Push { FeatureWindow windows[kCloudLattices]; };
+layout(push_constant, scalar) uniform Push {
+  FeatureWindow windows[kCloudLattices];
+  WeatherPlacement weather;
+};
+
+CloudParams frame_cloud_params() {
+  CloudParams params = cloud_params(frame);
+  params.weather.placement = weather;
+  return params;
+}
 
 #ifndef WRITES_FEATURES
 layout(scalar, set = 0, binding = 1) readonly buffer Features { PackedFeature features[]; };

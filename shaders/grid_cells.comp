@@ -7,6 +7,7 @@
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+#define READS_WEATHER 4
 #include "cloud_features.glsl"
 #include "shared/cloud_particles.h"
 layout(scalar, set = 0, binding = 2) writeonly buffer CellClouds { PackedCellCloud cell_clouds[]; };
@@ -18,7 +19,7 @@ void main() {
   const GridCell cell = grid_cell(frame, i);
   uint count = 0u;
   if (cell_may_show(frame, cell)) {
-    const CellCloud cloud = cell_cloud(frame, cloud_params(frame), cell);
+    const CellCloud cloud = cell_cloud(frame, frame_cloud_params(), cell);
     count = particle_count(cloud.parts);
     if (count > 0u) cell_clouds[i] = pack_cell(cloud, cell, frame.thickness_m);
   }

@@ -46,6 +46,39 @@ The wind carries clouds along with the lattices they stand on, so a drifting clo
 `"clouds"` each cloud centre grows and shrinks once in that time by 60 % of its area about the mean, and its height with it, at
 a phase of its own: coverage stays. 1800 is natural; the default, 0, keeps every cloud as it is.
 
+## Weather maps
+
+Without a map one coverage holds everywhere. `"weather_map"` in a scene's `"clouds"` steers coverage and type of the clouds by an
+image that lies over the ground:
+
+```json
+"weather_map": {"file": "coast.png", "origin_m": [-80000, -80000], "extent_m": [160000, 160000]}
+```
+
+| key | meaning |
+|---|---|
+| `file` | PNG, at most 4096 texels a side, path relative to the scene file; its first row is the northernmost |
+| `origin_m` | the image's south-west corner in the world: east, north |
+| `extent_m` | width and height from there, 1 m to 40 000 km each |
+
+| channel | meaning, of value / 255; data, so no sRGB curve and no gamma |
+|---|---|
+| red | coverage: the fraction of the area under clouds, as the key `coverage` has it |
+| green | type: 0 humilis, as many clouds in all but small and flat ones; 1 the clouds that there are without a map, with towers up to `thickness_m` |
+| blue, alpha | not read |
+
+A grey image is coverage alone, with type 1. Values are interpolated between the middles of texels. Outside the map the scene's own
+`coverage` and type 1 hold; over the first 2 km beyond its border it fades into them.
+
+The map stays where it is, the clouds drift through it with the wind. One that comes into clearer air shrinks and fades, it does not vanish at
+once; one that comes under another type grows or flattens. So what stands at a place still depends on place, time and seed
+alone, and the map costs four texels a cloud and a sample. A program fills `CloudSettings::weather_map` itself.
+
+![A coast, from 10 km](pictures/coast.png)
+
+`tools/scenes/coast.json` with the map of `tools/coast_map.sh`: small flat clouds over the sea, a clear lane along the coast, a line of
+congestus at the sea-breeze front, fair-weather clouds inland.
+
 ## Rings
 
 Cells double in size from ring to ring, starting at 184 m. There are as few rings as reach the view distance, 8 at most:

@@ -116,7 +116,7 @@ SweepPicture make_picture(JsonReader& reader, const NamedScene& scene, const jso
     else reader.fail(key + " is not a member of the scene file");
     changes += concat(changes.empty() ? " with " : ", ", key, " = ", value.dump());
   }
-  Result<Scene> parsed = parse_scene(document.dump(), scene.file + changes);
+  Result<Scene> parsed = parse_scene(document.dump(), scene.file + changes, std::filesystem::path(scene.file).parent_path().string());
   if (parsed) picture.scene = std::move(*parsed);
   else reader.fail(parsed.error().message);
   picture.description = describe(picture, document);

@@ -5,6 +5,7 @@
 
 #include "noise.h"
 #include "ring_grid.h"
+#include "weather.h"
 
 NEPHELE_SHARED_BEGIN
 
@@ -26,6 +27,11 @@ NEPHELE_CONST(float, kDeckRadiusM, 900.0f);
 NEPHELE_CONST(float, kGrowth, 0.6f);         // of a feature's area over its cycle; its mean is the area without growth
 NEPHELE_CONST(float, kWarpM, 260.0f);        // amplitude; noise reaches 1
 
+// What a weather map makes of the clouds at type 0, humilis: as many in all, but mostly of the finer lattices, and flat.
+NEPHELE_CONST(float, kHumilisVigour, -0.4f);
+// Clouds come and go over this much of their likelihood as they drift through a map: they fade in instead of popping up.
+NEPHELE_CONST(float, kWeatherFade, 0.1f);
+
 // Independent streams of the seed.
 NEPHELE_CONST(uint, kSeedFeature, 0x1000u);  // + lattice
 NEPHELE_CONST(uint, kSeedWeather, 0x2000u);
@@ -46,6 +52,7 @@ struct CloudParams {
   float growth_turns;   // FrameConstants
   float base_m;
   float thickness_m;
+  Weather weather;
 };
 
 struct CloudFeature {
@@ -53,7 +60,7 @@ struct CloudFeature {
   float radius_m;       // 0: none here
   float stretch;        // long over short axis
   float axis_x;         // of the unit vector along the long axis; its y is positive
-  float vigour;         // 0 flat .. 1 towering for its size
+  float vigour;         // 0 flat .. 1 towering for its size; below 0 only where a weather map asks for humilis
 };
 
 // As it is kept in a buffer; everyone sees features with this precision.
@@ -96,39 +103,6 @@ NEPHELE_FN uint feature_cells(uint lattice) {
   return lattice == 0u ? kFeatureCells0 : (lattice == 1u ? kFeatureCells1 : kFeatureCells2);
 }
 
-// The feature of a lattice cell, counted from the grid origin.
-NEPHELE_FN CloudFeature cloud_feature(CloudParams params, uint lattice, ivec2 cell) {
-  uint n = feature_cells(lattice);
-  float spacing = lattice_cell_m(n);
-  uint h = hash_uvec2(lattice_base(params.origin_index, n) + uvec2(cell), params.seed + kSeedFeature + lattice);
-  float jx = uniform_float(h, -0.425f, 0.425f);
-  float jy = uniform_float(h, -0.425f, 0.425f);
-  float presence = unit_float(hash_next(h));
-  float likeliest = lattice == 0u ? 1.0f : (lattice == 1u ? 0.5f : 0.3f);
-  CloudFeature f;
-  f.center_m = vec2((float(cell.x) + 0.5f + jx) * spacing, (float(cell.y) + 0.5f + jy) * spacing);
-  f.radius_m = 0.0f;
-  f.stretch = 1.0f;
-  f.axis_x = 0.0f;
-  f.vigour = 0.0f;
-  if (presence >= likeliest) return f;  // whatever the weather: most of the fine lattice's cells
-  float u = unit_float(hash_next(h));
-  float axis_x = cos(kPi * unit_float(hash_next(h)));
-  float stretch = uniform_float(h, 1.0f, 1.6f);
-  float vigour = unit_float(hash_next(h));
-  float turn = params.growth_turns + unit_float(hash_next(h));
-  float e = params.fullness + 0.5f * world_fbm(params, f.center_m, kWeatherCells, kSeedWeather, 2);
-  float chance = saturate(1.6f * e + 0.15f) * likeliest;
-  float radius = mix(0.18f, 0.75f, pow(u, 1.6f)) * sqrt(clamp(e, 0.05f, 1.2f) / 0.45f);
-  if (params.growth_turns >= 0.0f) radius *= sqrt(1.0f + kGrowth * cos(2.0f * kPi * turn));
-  // Centres keep 0.075 cells off their cell's border, so what lies beyond the 3 x 3 neighbourhood is 1.075 cells away.
-  f.radius_m = presence < chance ? min(radius, 1.05f / stretch) * spacing : 0.0f;
-  f.stretch = stretch;
-  f.axis_x = axis_x;
-  f.vigour = vigour;
-  return f;
-}
-
 // y on the line through (x0, y0) and (x1, y1).
 NEPHELE_FN float on_line(float x, float x0, float y0, float x1, float y1) { return mix(y0, y1, (x - x0) / (x1 - x0)); }
 
@@ -145,6 +119,12 @@ NEPHELE_FN float fullness_for(float coverage) {
   return on_line(min(coverage, 0.797f), 0.7056f, 0.5f, 0.797f, 0.6f);
 }
 
+// The same under a weather map: at coverage 0 no sky is full enough for a cloud (the noise stays below 1), and there is
+// no jump on the way there.
+NEPHELE_FN float mapped_fullness_for(float coverage) {
+  return coverage < 0.0135f ? on_line(coverage, 0.0f, -0.7f, 0.0135f, -0.1f) : fullness_for(coverage);
+}
+
 NEPHELE_FN float deck_for(float coverage) {
   if (coverage < 0.79f) return -1.0f;
   if (coverage < 0.8065f) return on_line(coverage, 0.79f, -0.45f, 0.8065f, -0.2f);
@@ -154,6 +134,65 @@ NEPHELE_FN float deck_for(float coverage) {
   return on_line(min(coverage, 1.0f), 0.9885f, 0.4f, 1.0f, 0.75f);
 }
 
+// The share of a lattice's cells that hold a cloud where the sky is fullest; over the lattices it sums to the same for
+// every type, and so does the area under clouds.
+NEPHELE_FN float likeliest_feature(uint lattice, float type) {
+  float humilis = lattice == 0u ? 0.3f : (lattice == 1u ? 0.8f : 0.7f);
+  float congestus = lattice == 0u ? 1.0f : (lattice == 1u ? 0.5f : 0.3f);
+  return mix(humilis, congestus, type);
+}
+
+// The feature of a lattice cell, counted from the grid origin.
+NEPHELE_FN CloudFeature cloud_feature(CloudParams params, uint lattice, ivec2 cell) {
+  uint n = feature_cells(lattice);
+  float spacing = lattice_cell_m(n);
+  uint h = hash_uvec2(lattice_base(params.origin_index, n) + uvec2(cell), params.seed + kSeedFeature + lattice);
+  float jx = uniform_float(h, -0.425f, 0.425f);
+  float jy = uniform_float(h, -0.425f, 0.425f);
+  float presence = unit_float(hash_next(h));
+  CloudFeature f;
+  f.center_m = vec2((float(cell.x) + 0.5f + jx) * spacing, (float(cell.y) + 0.5f + jy) * spacing);
+  f.radius_m = 0.0f;
+  f.stretch = 1.0f;
+  f.axis_x = 0.0f;
+  f.vigour = 0.0f;
+  bool mapped = has_weather_map(params.weather);
+  float likeliest = likeliest_feature(lattice, kCongestus);
+  float bound = mapped ? (1.0f + kWeatherFade) * max(likeliest, likeliest_feature(lattice, 0.0f)) : likeliest;
+  if (presence >= bound) return f;  // whatever the weather: most of the fine lattice's cells
+  float u = unit_float(hash_next(h));
+  float axis_x = cos(kPi * unit_float(hash_next(h)));
+  float stretch = uniform_float(h, 1.0f, 1.6f);
+  float vigour = unit_float(hash_next(h));
+  float turn = params.growth_turns + unit_float(hash_next(h));
+  float fullness = params.fullness;
+  if (mapped) {
+    vec2 weather = weather_at(params.weather, f.center_m);
+    fullness = mapped_fullness_for(weather.x);
+    likeliest = likeliest_feature(lattice, weather.y);
+    vigour = mix(kHumilisVigour, vigour, weather.y);
+  }
+  float e = fullness + 0.5f * world_fbm(params, f.center_m, kWeatherCells, kSeedWeather, 2);
+  float chance = saturate(1.6f * e + 0.15f) * likeliest;
+  float radius = mix(0.18f, 0.75f, pow(u, 1.6f)) * sqrt(clamp(e, 0.05f, 1.2f) / 0.45f);
+  if (params.growth_turns >= 0.0f) radius *= sqrt(1.0f + kGrowth * cos(2.0f * kPi * turn));
+  bool present = presence < chance;
+  if (mapped) {
+    // Half the area where the cloud would appear, and as much beyond as is lost before: the mean area stays.
+    float room = min(1.6f * e + 0.15f, 1.0f) - presence / likeliest;
+    float share = saturate(0.5f + room / kWeatherFade);
+    radius *= sqrt(share);
+    present = share > 0.0f;
+  }
+  // Centres keep 0.075 cells off their cell's border, so what lies beyond the 3 x 3 neighbourhood is 1.075 cells away.
+  f.radius_m = present ? min(radius, 1.05f / stretch) * spacing : 0.0f;
+  f.stretch = stretch;
+  f.axis_x = axis_x;
+  f.vigour = vigour;
+  return f;
+}
+
+// Without a weather map; where there is one, its placement is set afterwards.
 NEPHELE_FN CloudParams cloud_params(FrameConstants frame) {
   CloudParams params;
   params.origin_index = frame.origin_index;
@@ -163,6 +202,11 @@ NEPHELE_FN CloudParams cloud_params(FrameConstants frame) {
   params.growth_turns = frame.growth_turns;
   params.base_m = frame.base_m;
   params.thickness_m = frame.thickness_m;
+  params.weather.placement.size = ivec2(0);
+  params.weather.placement.base = ivec2(0);
+  params.weather.placement.offset = vec2(0.0f);
+  params.weather.placement.per_m = vec2(0.0f);
+  params.weather.coverage = frame.coverage;
   return params;
 }
 

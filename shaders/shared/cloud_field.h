@@ -39,11 +39,18 @@ NEPHELE_FN CloudSample cloud_sample(CloudParams params, vec2 p_m) {
   float weights = 0.0f;
   float radius = 0.0f;
   float vigour = 0.0f;
-  if (params.deck > -1.0f) {
-    nearest = max(0.0f, params.deck + 0.7f * world_fbm(params, q, kDeckCells, kSeedDeck, 2));
+  float deck = params.deck;
+  float deck_vigour = 0.3f;
+  if (has_weather_map(params.weather)) {
+    vec2 weather = weather_at(params.weather, q);
+    deck = deck_for(weather.x);
+    deck_vigour = mix(kHumilisVigour, deck_vigour, weather.y);
+  }
+  if (deck > -1.0f) {
+    nearest = max(0.0f, deck + 0.7f * world_fbm(params, q, kDeckCells, kSeedDeck, 2));
     weights = nearest * nearest * kDeckRadiusM;
     radius = weights * kDeckRadiusM;
-    vigour = weights * 0.3f;
+    vigour = weights * deck_vigour;
   }
   for (uint lattice = 0u; lattice < kCloudLattices; ++lattice) {
     vec2 cell = floor(lattice_position(q, feature_cells(lattice)));

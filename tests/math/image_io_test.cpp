@@ -90,6 +90,59 @@ TEST_CASE("image: PNG holds the bytes it was given, alpha dropped") {
   stbi_image_free(pixels);
 }
 
+// 2 x 1 grey pixels of 51 and 204, without and with alpha.
+constexpr const char* kGreyPng = "89504e470d0a1a0a0000000d4948445200000002000000010800000000d14920560000000b4944415478da63303e0300013501007d17a1960000000049454e44ae426082";
+constexpr const char* kGreyAlphaPng = "89504e470d0a1a0a0000000d49484452000000020000000108040000005e2bb7010000000d4944415478da6330e63cc30e00028b0110aa3a09650000000049454e44ae426082";
+
+std::string from_hex(const std::string& hex) {
+  std::string bytes;
+  for (std::size_t i = 0; i < hex.size(); i += 2) bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+  return bytes;
+}
+
+TEST_CASE("image: PNG bytes come back as they stand in the file, grey ones as one channel") {
+  const test::TempDirectory directory;
+  std::vector<std::uint8_t> rgba;
+  for (int i = 0; i < 5 * 3 * 4; ++i) rgba.push_back(static_cast<std::uint8_t>(i * 37));
+  ok(write_png(directory / "x.png", 5, 3, rgba));
+  const Result<ImageBytes> image = read_png(directory / "x.png");
+  REQUIRE(image);
+  CHECK(image->width == 5);
+  CHECK(image->height == 3);
+  REQUIRE(image->channels == 3);
+  for (std::size_t i = 0; i < 15; ++i)
+    for (std::size_t c = 0; c < 3; ++c) CHECK(image->data[3 * i + c] == rgba[4 * i + c]);
+  for (const char* hex : {kGreyPng, kGreyAlphaPng}) {
+    test::write_file(directory / "grey.png", from_hex(hex));
+    const Result<ImageBytes> grey = read_png(directory / "grey.png");
+    REQUIRE(grey);
+    CHECK(grey->width == 2);
+    CHECK(grey->channels == 1);
+    CHECK(grey->data == std::vector<std::uint8_t>{51, 204});
+  }
+}
+
+TEST_CASE("image: a damaged, truncated, foreign or oversized PNG is an error on one line") {
+  const test::TempDirectory directory;
+  std::vector<std::uint8_t> rgba(64 * 64 * 4);
+  for (std::size_t i = 0; i < rgba.size(); ++i) rgba[i] = static_cast<std::uint8_t>(i * i * 31 >> 3);
+  ok(write_png(directory / "whole.png", 64, 64, rgba));
+  const std::string whole = test::read_file(directory / "whole.png");
+  std::vector<std::string> files{"", "not an image\n", "P6 1 1 255\nabc"};
+  for (std::size_t length = 1; length < whole.size() - 16; length += 97) files.push_back(whole.substr(0, length));
+  for (const std::string& text : files) {
+    test::write_file(directory / "bad.png", text);
+    const Result<ImageBytes> read = read_png(directory / "bad.png");
+    REQUIRE_FALSE(read);
+    CHECK(read.error().message.starts_with(directory / "bad.png" + ": can't be read as a PNG image: "));
+    CHECK(read.error().message.find('\n') == std::string::npos);
+  }
+  const Result<ImageBytes> large = read_png(directory / "whole.png", 63);
+  REQUIRE_FALSE(large);
+  CHECK(large.error().message == directory / "whole.png" + ": can't be read as a PNG image: it is 64 x 64; accepted: 1 to 63 a side");
+  CHECK_FALSE(read_png(directory / "missing.png"));
+}
+
 TEST_CASE("image: a damaged, truncated or foreign EXR is an error on one line") {
   const test::TempDirectory directory;
   ok(write_exr(directory / "whole.exr", ramp(16, 40, {"R", "G", "B"})));

@@ -103,6 +103,10 @@ TEST_CASE("bad input: scene and path files") {
   refuse_scene(R"({"clouds": {"coverage": 7}})", {scene, "clouds.coverage", "7", "0 to 1"});
   refuse_scene(R"({"sun": {"azimuth_deg": "south"}})", {scene, "sun.azimuth_deg", "south"});
   refuse_scene(R"({"exposure_ev": 1e999})", {scene, "1e999"});
+  refuse_scene(R"({"clouds": {"weather_map": {"file": "no.png", "origin_m": [0, 0], "extent_m": [1, 1]}}})",
+               {scene, "clouds.weather_map.file", directory / "no.png", "can't be opened"});
+  refuse_scene(R"({"clouds": {"weather_map": {"file": "scene.json", "origin_m": [0, 0], "extent_m": [1, 1]}}})",
+               {"clouds.weather_map.file", "can't be read as a PNG image"});
   refuse_scene("{\"sun\": 1, \"sun\": 2}", {scene, "sun", "twice"});
   write_file(directory / "path.json", R"({"keys": []})");
   expect_refusal({"render", "--out", out, "--path", directory / "path.json"}, {directory / "path.json", "keys"});
