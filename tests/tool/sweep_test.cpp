@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "engine/image_io.h"
 #include "tests/support/support.h"
 #include "tests/tool/program.h"
 
@@ -116,6 +117,18 @@ TEST_CASE("sweep: the record of another sweep is refused and left alone") {
   CHECK(result.err.find("another sweep") != std::string::npos);
   CHECK(count_lines(result.err) == 1);
   CHECK(read_file(sweep / "out/measurements.jsonl") == record);
+}
+
+TEST_CASE("sweep: another weather map under the same name makes another sweep") {
+  const SweepDirectory sweep;
+  write_file(sweep / "scene.json", R"({"clouds": {"coverage": 0, "view_distance_m": 100,
+                                                  "weather_map": {"file": "map.png", "origin_m": [0, 0], "extent_m": [100, 100]}}})");
+  REQUIRE(nephele::write_png(sweep / "map.png", 1, 1, std::vector<std::uint8_t>{9, 9, 9, 255}));
+  REQUIRE(sweep.run().status == 0);
+  REQUIRE(nephele::write_png(sweep / "map.png", 1, 1, std::vector<std::uint8_t>{10, 9, 9, 255}));
+  const ProgramResult result = sweep.run();
+  CHECK(result.status == 2);
+  CHECK(result.err.find("another sweep") != std::string::npos);
 }
 
 TEST_CASE("sweep: --compare passes against itself and fails past the stated slowdown") {
