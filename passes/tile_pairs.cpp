@@ -68,7 +68,7 @@ TileLists TilePairs::add(FrameBuilder& frame, const std::string& name, const Buf
                               {2, ranges_, Access::storage_write}},
                  .push = push,
                  .indirect = {&counters, at.pair_groups}});
-  return {ranges_, sorted.values};
+  return {ranges_, sorted.values, sorted.keys};
 }
 
 }  // namespace nephele

@@ -13,6 +13,7 @@ namespace nephele {
 struct TileLists {
   const Buffer& ranges;  // uvec2 per tile
   const Buffer& list;    // uint
+  const Buffer& tiles;   // uint: the tile of each place
 };
 
 class TilePairs {

@@ -28,14 +28,17 @@ bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEV
 // listed: for the tiles of a list, not all with short lists.
 ComputeKernel shade_kernel(Device& device, const ShaderCode& code, std::uint32_t pixels_per_thread, bool listed) {
   const std::uint32_t places = (on_cpu(device) ? kPlacesOnCpu : kPlacesOnGpu) / pixels_per_thread;
-  const SpecConstant constants[] = {{0, 64 / pixels_per_thread}, {1, pixels_per_thread}, {2, places}, {3, listed}};
+  const SpecConstant constants[] = {{0, 64 / pixels_per_thread}, {1, pixels_per_thread}, {2, places}, {3, listed}, {4, shared::kShortPlaces}};
   return ComputeKernel(device, code, constants);
 }
 
+// A column of pixels a thread; otherwise a loop that takes one pixel after the other.
+bool by_columns(const Device& device, BlendMode mode) { return mode == BlendMode::volume && on_cpu(device); }
+
 ComputeKernel shade_short_kernel(Device& device, BlendMode mode) {
-  if (mode == BlendMode::exact) return shade_kernel(device, shaders::cloud_tiles_comp_exact, on_cpu(device) ? 8 : 1, false);
-  if (!on_cpu(device)) return shade_kernel(device, shaders::cloud_tiles_comp_volume, 1, false);
-  return ComputeKernel(device, shaders::cloud_columns_comp);
+  if (by_columns(device, mode)) return ComputeKernel(device, shaders::cloud_columns_comp);
+  if (mode == BlendMode::volume) return shade_kernel(device, shaders::cloud_tiles_comp_volume, 1, false);
+  return shade_kernel(device, shaders::cloud_tiles_comp_exact, on_cpu(device) ? 8 : 1, false);
 }
 
 ComputeKernel shade_long_kernel(Device& device, BlendMode mode) {
@@ -56,7 +59,7 @@ VkDeviceSize paged_tile_bytes(BlendMode mode) {
 std::uint32_t pair_capacity(const Device& device, BlendMode mode, std::uint32_t tiles, std::uint32_t particles) {
   const VkDeviceSize all = VkDeviceSize{tiles} * particles;
   const VkDeviceSize wanted = std::max(VkDeviceSize{kPairsPerTile} * tiles + VkDeviceSize{kPairsPerParticle} * particles, kMinPairs);
-  const VkDeviceSize bytes_per_pair = std::max<VkDeviceSize>(sizeof(std::uint32_t), paged_tile_bytes(mode) / shared::kPagePlaces + 1);
+  const VkDeviceSize bytes_per_pair = std::max<VkDeviceSize>(sizeof(glm::uvec2), paged_tile_bytes(mode) / shared::kPagePlaces + 1);
   return static_cast<std::uint32_t>(std::min({all, wanted, device.info().max_storage_buffer_bytes / bytes_per_pair}));
 }
 
@@ -67,18 +70,20 @@ const char* blend_mode_name(BlendMode mode) { return mode == BlendMode::exact ? 
 TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
                        std::uint32_t visible_capacity)
     : tiles_(device, shaders::screen_tiles_comp),
+      masks_kernel_(device, shaders::screen_masks_comp),
       begins_kernel_(device, shaders::screen_begins_comp),
       shade_short_(shade_short_kernel(device, mode)),
       shade_long_(shade_long_kernel(device, mode)),
       columns_(tiles_across(layer_width)),
       rows_(tiles_across(layer_height)),
+      short_list_(by_columns(device, mode) ? shared::kColumnPlaces : shared::kShortPlaces),
       pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces : 0),
       pairs_(device, "screen_tile", visible_capacity, pair_capacity(device, mode, columns_ * rows_, visible_capacity), columns_, rows_),
       rectangles_(device, "screen_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
       near_m_(device, "screen_near", VkDeviceSize{visible_capacity} * sizeof(float)),
       order_(device, "screen_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
       pixels_(device, "screen_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
-      entries_(device, "screen_entries", VkDeviceSize{pairs_.pair_capacity()} * sizeof(std::uint32_t)),
+      masks_(device, "screen_masks", VkDeviceSize{pairs_.pair_capacity()} * sizeof(glm::uvec2)),
       draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, shared::kDrawTexelsPerParticle * shared::kDrawParticlesPerRow,
                                            (visible_capacity + shared::kDrawParticlesPerRow - 1) / shared::kDrawParticlesPerRow}),
       begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)),
@@ -109,6 +114,17 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                                       .pair_count = offsetof(FrameCounters, screen_pair_count),
                                       .pair_groups = offsetof(FrameCounters, screen_pair_groups)},
                                      order_, rectangles_);
+  frame.compute({.name = "screen_tiles",
+                 .kernel = &masks_kernel_,
+                 .bindings = {{0, inputs.frame_constants, Access::uniform},
+                              {1, inputs.draw_particles, Access::storage_read},
+                              {2, inputs.counters, Access::storage_read},
+                              {3, lists.tiles, Access::storage_read},
+                              {4, lists.list, Access::storage_read},
+                              {5, pixels_, Access::storage_read},
+                              {6, masks_, Access::storage_write}},
+                 .push = as_push(columns_),
+                 .indirect = {&inputs.counters, offsetof(FrameCounters, screen_pair_groups)}});
   frame.fill("screen_tiles", long_tiles_, 0);
   frame.fill("screen_tiles", paged_tiles_, 0);
   frame.compute({.name = "screen_tiles",
@@ -116,12 +132,10 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                  .bindings = {{0, lists.ranges, Access::storage_read},
                               {1, lists.list, Access::storage_read},
                               {2, near_m_, Access::storage_read},
-                              {3, pixels_, Access::storage_read},
-                              {4, entries_, Access::storage_write},
-                              {5, begins_m_, Access::storage_write},
-                              {6, long_tiles_, Access::storage_read_write},
-                              {7, paged_tiles_, Access::storage_read_write}},
-                 .push = as_push(glm::uvec2(columns_, rows_)),
+                              {3, begins_m_, Access::storage_write},
+                              {4, long_tiles_, Access::storage_read_write},
+                              {5, paged_tiles_, Access::storage_read_write}},
+                 .push = as_push(glm::uvec3(columns_, rows_, short_list_)),
                  .groups = {(pairs_.tile_count() + 31) / 32, 1, 1}});
   const auto shade_step = [&](const ComputeKernel& kernel, const Buffer& tiles) -> ComputeStep {
     return ComputeStep{.name = "shade_blend",
@@ -132,13 +146,14 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                                   {3, inputs.tables.multiple_scattering(), Access::sampled},
                                   {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
                                   {5, lists.ranges, Access::storage_read},
-                                  {6, entries_, Access::storage_read},
+                                  {6, lists.list, Access::storage_read},
                                   {7, begins_m_, Access::storage_read},
                                   {8, inputs.counters, Access::storage_read_write},
                                   {9, layer_color, Access::storage_write},
                                   {10, layer_depth, Access::storage_write},
                                   {11, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
-                                  {12, tiles, Access::storage_read}},
+                                  {12, tiles, Access::storage_read},
+                                  {13, masks_, Access::storage_read}},
                      .indirect = {&tiles, 0}};
   };
   ComputeStep every_tile = shade_step(shade_short_, long_tiles_);
@@ -148,7 +163,7 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
   frame.compute(shade_step(shade_long_, long_tiles_));
   for (std::uint32_t page = 0; page < pages_; ++page) {
     ComputeStep step = shade_step(shade_page_, paged_tiles_);
-    step.bindings.emplace_back(13, paged_pixels_, Access::storage_read_write);
+    step.bindings.emplace_back(14, paged_pixels_, Access::storage_read_write);
     step.push = as_push(page);
     frame.compute(std::move(step));
   }

@@ -36,10 +36,10 @@ class TiledBlend {
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  ComputeKernel tiles_, begins_kernel_, shade_short_, shade_long_, shade_page_;
-  std::uint32_t columns_, rows_, pages_;
+  ComputeKernel tiles_, masks_kernel_, begins_kernel_, shade_short_, shade_long_, shade_page_;
+  std::uint32_t columns_, rows_, short_list_, pages_;
   TilePairs pairs_;
-  Buffer rectangles_, near_m_, order_, pixels_, entries_;
+  Buffer rectangles_, near_m_, order_, pixels_, masks_;
   Image draw_texels_;
   Buffer begins_m_, long_tiles_, paged_tiles_, paged_pixels_;
 };

@@ -12,7 +12,7 @@ layout(local_size_x = 8) in;
 
 #include "cloud_tiles.glsl"
 
-const uint kStack = kShortList;  // segments: those of one pixel always fit
+const uint kStack = kColumnPlaces;  // segments: those of one pixel always fit
 BlendSegment stack[kStack];
 uint row_begin[kScreenTilePx + 1u];  // of each row's segments in the stack
 
@@ -47,7 +47,7 @@ void main() {
       const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
       const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
       BlendSegment segment;
-      if (shade_particle(load_draw_particle(draw_texels, entry_particle(list[place])), direction, limit_m, segment)) {
+      if (shade_particle(load_draw_particle(draw_texels, list[place]), direction, limit_m, segment)) {
         ++shaded;
         reach_m = max(reach_m, segment.far_m);
         depth += segment.extinction_per_m * (segment.far_m - segment.near_m);

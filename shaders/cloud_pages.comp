@@ -22,7 +22,7 @@ layout(push_constant) uniform Push { uint page; };
 struct PagedPixel {
   vec4 open, extent, committed;
 };
-layout(scalar, set = 0, binding = 13) buffer PagedPixels { PagedPixel paged_pixels[]; };
+layout(scalar, set = 0, binding = 14) buffer PagedPixels { PagedPixel paged_pixels[]; };
 
 // Blends the page's places; true when the ray is done.
 bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 color, out float first_m, inout uint shaded) {
@@ -31,9 +31,9 @@ bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 
   BlendState state = blend_empty();
   if (page > 0u) state = unpack_blend_state(paged_pixels[slot].open, paged_pixels[slot].extent, paged_pixels[slot].committed);
   for (uint place = past; place-- > first;) {
-    if (!entry_covers(list[place], gl_LocalInvocationID.xy)) continue;
+    if (!place_covers(place, gl_LocalInvocationID.xy)) continue;
     BlendSegment segment;
-    if (!shade_particle(load_draw_particle(draw_texels, entry_particle(list[place])), direction, limit_m, segment)) continue;
+    if (!shade_particle(load_draw_particle(draw_texels, list[place]), direction, limit_m, segment)) continue;
     blend_add(state, segment);
     ++shaded;
   }
@@ -51,7 +51,7 @@ struct PagedPixel {
   float transmittance, first_m, cursor_m;
   BlendSegment waiting[kExactSlots];
 };
-layout(scalar, set = 0, binding = 13) buffer PagedPixels { PagedPixel paged_pixels[]; };
+layout(scalar, set = 0, binding = 14) buffer PagedPixels { PagedPixel paged_pixels[]; };
 
 ExactState load_state(uint slot) {
   ExactState state = exact_empty();
@@ -80,9 +80,9 @@ bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 
   ExactState state = load_state(slot);
   for (uint place = first; place < past && state.transmittance >= kOpaqueTransmittance; ++place) {
     exact_advance(state, begins_m[place]);
-    if (!entry_covers(list[place], gl_LocalInvocationID.xy)) continue;
+    if (!place_covers(place, gl_LocalInvocationID.xy)) continue;
     BlendSegment segment;
-    if (!shade_particle(load_draw_particle(draw_texels, entry_particle(list[place])), direction, limit_m, segment)) continue;
+    if (!shade_particle(load_draw_particle(draw_texels, list[place]), direction, limit_m, segment)) continue;
     exact_add(state, segment);
     ++shaded;
   }

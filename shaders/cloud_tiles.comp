@@ -54,7 +54,7 @@ bool walk_next(inout Walk walk, uvec2 in_tile) {
   }
   while (walk.place > walk.again_first) {
     --walk.place;
-    if (entry_covers(list[walk.place], in_tile)) return true;
+    if (place_covers(walk.place, in_tile)) return true;
   }
   while (walk.kept_count > 0u) blend_add(walk.state, kept[--walk.kept_count]);
   blend_finish(walk.state);
@@ -144,7 +144,7 @@ void main() {
     } while (!has_place && (has_pixel || next_pixel < 64u));
     if (!has_place) break;
     BlendSegment segment;
-    if (shade_particle(load_draw_particle(draw_texels, entry_particle(list[walk.place])), direction, limit_m, segment)) {
+    if (shade_particle(load_draw_particle(draw_texels, list[walk.place]), direction, limit_m, segment)) {
       walk_take(walk, segment);
       ++shaded;
     }

@@ -1,6 +1,5 @@
-// Finishes the screen tiles' lists: every place gets its entry (screen_bounds.h) and the distance before which nothing
-// from here on in the list begins. One thread walks one list from its end. And gathers, row by row, the tiles with long
-// lists and those with lists of several pages.
+// Finishes the screen tiles' lists: every place gets the distance before which nothing from here on in the list begins. One
+// thread walks one list from its end. And gathers, row by row, the tiles with long lists and those with lists of several pages.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -12,13 +11,11 @@ layout(local_size_x = 32) in;
 layout(scalar, set = 0, binding = 0) readonly buffer Ranges { uvec2 ranges[]; };
 layout(scalar, set = 0, binding = 1) readonly buffer List { uint list[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Nears { float near_m[]; };
-layout(scalar, set = 0, binding = 3) readonly buffer Pixels { uvec2 pixels[]; };
-layout(scalar, set = 0, binding = 4) writeonly buffer Entries { uint entries[]; };
-layout(scalar, set = 0, binding = 5) writeonly buffer Begins { float begins_m[]; };
+layout(scalar, set = 0, binding = 3) writeonly buffer Begins { float begins_m[]; };
 // How many tiles each row has, then their columns, a row after the other.
-layout(scalar, set = 0, binding = 6) buffer LongTiles { uvec3 long_groups; uint long_tiles[]; };
-layout(scalar, set = 0, binding = 7) buffer PagedTiles { uvec3 paged_groups; uint paged_tiles[]; };
-layout(push_constant) uniform Push { uint tile_columns, tile_rows; };
+layout(scalar, set = 0, binding = 4) buffer LongTiles { uvec3 long_groups; uint long_tiles[]; };
+layout(scalar, set = 0, binding = 5) buffer PagedTiles { uvec3 paged_groups; uint paged_tiles[]; };
+layout(push_constant) uniform Push { uint tile_columns, tile_rows, short_list; };
 
 void gather_row(uint row) {
   uint long_count = 0u, paged_count = 0u;
@@ -26,7 +23,7 @@ void gather_row(uint row) {
     const uvec2 range = ranges[row * tile_columns + column];
     const uint places = range.y - range.x;
     if (places > kPagePlaces) paged_tiles[tile_rows + row * tile_columns + paged_count++] = column;
-    else if (places > kShortList) long_tiles[tile_rows + row * tile_columns + long_count++] = column;
+    else if (places > short_list) long_tiles[tile_rows + row * tile_columns + long_count++] = column;
   }
   long_tiles[row] = long_count;
   paged_tiles[row] = paged_count;
@@ -39,16 +36,13 @@ void main() {
   if (tile >= tile_columns * tile_rows) return;
   if (tile == 0u) long_groups.yz = paged_groups.yz = uvec2(tile_rows, 1u);
   if (tile < tile_rows) gather_row(tile);
-  const uvec2 place = uvec2(tile % tile_columns, tile / tile_columns);
   const uvec2 range = ranges[tile];
   float least = kNoMatterM;
   // Lavapipe goes round 65 535 times at most: with 17 places a round, through the longest of lists (kMaxScreenParticles).
   for (uint i = range.y; i > range.x;)
     [[unroll]] for (uint k = 0u; k < 17u; ++k)
       if (i > range.x) {
-        const uint particle = list[--i];
-        least = min(least, near_m[particle]);
+        least = min(least, near_m[list[--i]]);
         begins_m[i] = least;
-        entries[i] = tile_entry(particle, pixels[particle], place);
       }
 }

@@ -24,9 +24,7 @@ void main() {
   store_draw_particle(i, draw_particles[i]);
   const vec3 center_m = draw_particles[i].center_m;
   const mat3 render_from_reference = inverse(draw_particles[i].reference_from_render);
-  // From within, a ray may leave the ellipsoid ahead and meet its shown part only behind the eye.
-  const bool whole = (draw_particles[i].flags & kParticleDetail) == 0u || length(draw_particles[i].reference_from_render * center_m) < 1.01;
-  const float shown = whole ? 1.0 : kRimRadius;
+  const float shown = shown_radius((draw_particles[i].flags & kParticleDetail) != 0u, draw_particles[i].reference_from_render * center_m);
   const uvec2 covered = screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px);
   pixels[i] = covered;
   rectangles[i] = tiles_of_pixels(covered);

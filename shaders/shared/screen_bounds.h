@@ -9,8 +9,10 @@
 NEPHELE_SHARED_BEGIN
 
 NEPHELE_CONST(uint, kScreenTilePx, 8u);
-// Lists up to this length take fewer slots in the exact blend, and on a CPU a column of pixels a thread.
-NEPHELE_CONST(uint, kShortList, 128u);
+NEPHELE_CONST(uint, kMaxScreenParticles, 1048576u);  // as far as screen_begins.comp goes through a list
+// Longest of the short lists: by cloud_columns.comp as many places as its stack holds segments, by all others what pays.
+NEPHELE_CONST(uint, kColumnPlaces, 256u);
+NEPHELE_CONST(uint, kShortPlaces, 128u);
 // Longer lists are shaded in pages of this many places, a dispatch each: lavapipe ends all loops of eight threads once they
 // have gone round 65 535 times in all, and a place takes them some five rounds, up to twice.
 NEPHELE_CONST(uint, kPagePlaces, 4096u);
@@ -40,6 +42,12 @@ NEPHELE_FN bool screen_interval(vec3 across, vec3 forward, mat3 render_from_refe
 // hundredths of the peak at most. So of its unit sphere only what lies within this radius shows.
 NEPHELE_CONST(float, kRimFrom, 0.3f);
 NEPHELE_CONST(float, kRimRadius, 0.9539392f);  // sqrt(1 - kRimFrom^2)
+
+// The radius in reference space within which a particle shows, seen from there. From within, a ray may leave the ellipsoid
+// ahead and meet its shown part only behind the eye.
+NEPHELE_FN float shown_radius(bool fine_detail, vec3 eye_reference) {
+  return fine_detail && length(eye_reference) >= 1.01f ? kRimRadius : 1.0f;
+}
 
 // First pixel and pixel past the last whose centres lie in the interval, widened by the rounding of rays and rows.
 // A layer pixel p has its centre at (p + 1/2) * scale in image pixels.
@@ -73,21 +81,48 @@ NEPHELE_FN uvec2 tiles_of_pixels(uvec2 pixels) {
   return tile_rectangle(rectangle_low(pixels) / kScreenTilePx, (rectangle_high(pixels) + (kScreenTilePx - 1u)) / kScreenTilePx);
 }
 
-// One place of a tile's list: the particle in 20 bits, then the first and the last column and row that it may cover
-// there, 3 bits each.
-NEPHELE_CONST(uint, kMaxScreenParticles, 1048576u);
+// The pixels of a tile whose rays may meet the ellipsoid, a bit each, four rows of eight a word; the rectangle's where it reaches
+// the plane of the eye or is a needle askew. In reference space, with the eye at E and a ray's direction
+// D = u X + v Y - E / depth, u and v from the centre's own device coordinates, the ray meets the unit sphere where
+// |E x D|^2 <= |D|^2. E x D has no constant term, so nothing cancels far away.
+NEPHELE_FN uvec2 tile_mask(mat4 clip_from_render, mat4 render_from_clip, mat3 reference_from_render, vec3 center_m,
+                           uvec2 pixels, uvec2 tile, uvec2 image_size_px, uint scale, uvec2 layer_size_px) {
+  uvec2 corner = tile * kScreenTilePx;
+  uvec2 low = max(rectangle_low(pixels), corner);
+  uvec2 past = min(rectangle_high(pixels), corner + kScreenTilePx);
+  mat4 rows = transpose(clip_from_render);
+  vec4 center = vec4(center_m, 0.0f);
+  float depth = dot(rows[3], center);
+  vec3 eye = -(reference_from_render * center_m);
+  vec3 x = reference_from_render * vec3(render_from_clip[0]);
+  vec3 y = reference_from_render * vec3(render_from_clip[1]);
+  vec3 eye_x = cross(eye, x);
+  vec3 eye_y = cross(eye, y);
+  float uu = dot(eye_x, eye_x) - dot(x, x);
+  float uv = dot(eye_x, eye_y) - dot(x, y);
+  float vv = dot(eye_y, eye_y) - dot(y, y);
+  bool ellipse = depth > 0.0f && uu > 0.0f && uu * vv - uv * uv > 0.01f * uu * vv;
 
-NEPHELE_FN uint tile_entry(uint particle, uvec2 pixels, uvec2 tile) {
-  uvec2 low = max(rectangle_low(pixels), tile * kScreenTilePx) - tile * kScreenTilePx;
-  uvec2 last = min(rectangle_high(pixels), (tile + 1u) * kScreenTilePx) - 1u - tile * kScreenTilePx;
-  return particle | (low.x << 20u) | (low.y << 23u) | (last.x << 26u) | (last.y << 29u);
-}
-
-NEPHELE_FN uint entry_particle(uint entry) { return entry & (kMaxScreenParticles - 1u); }
-
-NEPHELE_FN bool entry_covers(uint entry, uvec2 pixel_in_tile) {
-  return pixel_in_tile.x >= ((entry >> 20u) & 7u) && pixel_in_tile.y >= ((entry >> 23u) & 7u) &&
-         pixel_in_tile.x <= ((entry >> 26u) & 7u) && pixel_in_tile.y <= (entry >> 29u);
+  uvec2 mask = uvec2(0u);
+  for (uint row = low.y; row < past.y; ++row) {
+    uvec2 columns = uvec2(low.x, past.x);
+    if (ellipse) {
+      float v = (2.0f * float(row) + 1.0f) * float(scale) / float(image_size_px.y) - 1.0f - dot(rows[1], center) / depth;
+      float b = uv * v + dot(x, eye) / depth;
+      float c = vv * v * v + (2.0f * v * dot(y, eye) - dot(eye, eye) / depth) / depth;
+      float discriminant = b * b - uu * c;
+      float reach = sqrt(max(discriminant, 0.0f));
+      float middle = dot(rows[0], center) / depth - b / uu;
+      uvec2 met = covered_pixels(middle - reach / uu, middle + reach / uu, float(image_size_px.x), float(scale), float(layer_size_px.x));
+      columns = uvec2(max(low.x, met.x), min(past.x, met.y));
+      if (discriminant < 0.0f) columns.y = 0u;
+    }
+    if (columns.x >= columns.y) continue;
+    uint bits = ((1u << (columns.y - columns.x)) - 1u) << (columns.x - corner.x + kScreenTilePx * ((row - corner.y) & 3u));
+    if (row - corner.y < 4u) mask.x |= bits;
+    else mask.y |= bits;
+  }
+  return mask;
 }
 
 // No point of an ellipsoid is nearer than this; extent_m is half its extent along the direction to its centre.

@@ -192,12 +192,12 @@ TEST_CASE("the volume blend is the same picture tiled and in raster order") {
       }
 }
 
-// On a CPU a thread keeps the segments of a column of eight pixels on a stack of 128, and begins a pixel anew that finds no
-// room: with 16 layers all fit, with 17 the last pixel does not, with 128 every pixel fills it alone. 129 are a long list,
+// On a CPU a thread keeps the segments of a column of eight pixels on a stack of 256, and begins a pixel anew that finds no
+// room: with 32 layers all fit, with 33 the last pixel does not, with 256 every pixel fills it alone. 257 are a long list,
 // 1 025 more than a pixel measures on the way forward.
 TEST_CASE("the volume blend of a tile is the raster's however many layers its pixels have") {
   if (!backend_available(test_device().info(), Backend::attachment)) return;
-  for (const int count : {16, 17, 43, 128, 129, 1025}) {
+  for (const int count : {32, 33, 43, 256, 257, 1025}) {
     CAPTURE(count);
     const std::vector<Particle> particles = layers(count);
     const Layer tiled = draw_layer(particles, narrow_camera(), Backend::tiled, BlendMode::volume, kOneTile);
@@ -222,7 +222,7 @@ TEST_CASE("tiles with short, long and paged lists stand side by side") {
   for (int i = 0; i < 12; ++i) heap(150 + 60 * i, 4 + 7 * i, 30 + 13 * (i % 3));
   const std::vector<std::uint32_t> lengths = list_lengths(particles, kLevelCamera, odd);
   CHECK(std::count_if(lengths.begin(), lengths.end(), [](auto n) { return n > shared::kPagePlaces; }) >= 2);
-  CHECK(std::count_if(lengths.begin(), lengths.end(), [](auto n) { return n > shared::kShortList && n <= shared::kPagePlaces; }) >= 6);
+  CHECK(std::count_if(lengths.begin(), lengths.end(), [](auto n) { return n > shared::kColumnPlaces && n <= shared::kPagePlaces; }) >= 6);
   const Layer raster = draw_layer(particles, kLevelCamera, Backend::attachment, BlendMode::volume, odd);
   const Layer tiled = draw_layer(particles, kLevelCamera, Backend::tiled, BlendMode::volume, odd);
   CHECK(tiled.rays_cut_short == 0);
