@@ -49,6 +49,7 @@ struct Candidate {
   vec3 to_sun;               // unit, reference space
   float sun_radius_m;        // of the ellipsoid along the sun's rays
   float tau_begin, tau_per_m, tau_mean;  // towards the sun through the others: linear along the ray
+  float near_share, tau_rest;            // of that, in the cloud around; depth of the rest of that cloud
   float multiple_per_sr;     // light scattered more often inside, per irradiance
   vec3 sun_irradiance;
   vec3 ambient;              // radiance of sky and ground in it, or its own
@@ -59,6 +60,8 @@ void light_candidate(uint particle, vec3 direction, vec3 closest, float half_cho
   c.sun_irradiance = vec3(0.0);
   c.multiple_per_sr = 0.0;
   c.tau_mean = 0.0;
+  c.near_share = 0.0;
+  c.tau_rest = 0.0;
   c.ambient = draw_particles[particle].radiance_per_sr;
   if ((draw_particles[particle].flags & kParticleEmissive) != 0u) return;
 
@@ -69,6 +72,9 @@ void light_candidate(uint particle, vec3 direction, vec3 closest, float half_cho
   c.tau_mean = draw_particles[particle].tau_sun;
   c.tau_per_m = dot(draw_particles[particle].tau_gradient_per_m, direction);
   c.tau_begin = draw_particles[particle].tau_sun - dot(draw_particles[particle].tau_gradient_per_m, draw_particles[particle].center_m);
+
+  c.near_share = draw_particles[particle].tau_near / max(c.tau_mean, 1e-6);
+  c.tau_rest = draw_particles[particle].tau_behind + kMeanChord * draw_particles[particle].optical_radius;
 
   const vec3 entry = normalize(closest - half_chord * c.step);
   const float h = min(half_chord * length(c.step), 1.0), sigma = draw_particles[particle].optical_radius;
@@ -103,7 +109,7 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
 // What a place of the ray adds up to.
 struct Sample {
   float extinction_per_m, lit_per_m;          // of all, of those that the sun lights
-  float tau, tau_inside, multiple_per_sr;     // weighted by lit extinction
+  float tau, tau_near, tau_rest, tau_inside, multiple_per_sr;  // weighted by lit extinction
   vec3 sun_irradiance, ambient;
   bool matter;
 };
@@ -123,7 +129,10 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   s.lit_per_m += w;
   s.sun_irradiance += w * c.sun_irradiance;
   s.multiple_per_sr += w * c.multiple_per_sr;
-  s.tau += w * clamp(c.tau_begin + c.tau_per_m * at_m, 0.3 * c.tau_mean, 4.0 * c.tau_mean);
+  const float tau = linear_depth(c.tau_mean, c.tau_begin + c.tau_per_m * at_m - c.tau_mean);
+  s.tau += w * tau;
+  s.tau_near += w * c.near_share * tau;
+  s.tau_rest += w * c.tau_rest;
   // The particle's own depth from here towards the sun, by its mean profile.
   const float along = dot(p, c.to_sun), h2 = max(1.0 - dot(p, p) + along * along, 0.0);
   const uint flags = c.homogeneous ? kParticleHomogeneous : 0u;
@@ -134,10 +143,10 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
 vec3 source_radiance(Sample s, float mu) {
   vec3 radiance = s.ambient / s.extinction_per_m;
   if (s.lit_per_m > 0.0) {
-    const float tau = s.tau / s.lit_per_m, tau_all = tau + s.tau_inside / s.lit_per_m;
-    const float sun = phase_per_sr(frame.phase_function, mu, frame.phase_g) * exp(-tau_all) +
-                      s.multiple_per_sr / s.lit_per_m * diffuse_transmission(kBeamSpread * tau, frame.phase_g) +
-                      diffuse_octaves(mu, frame.phase_g, tau_all);
+    const float g = frame.phase_g, tau = s.tau / s.lit_per_m, tau_self = s.tau_inside / s.lit_per_m, tau_near = s.tau_near / s.lit_per_m;
+    const float sun = phase_per_sr(frame.phase_function, mu, g) * exp(-tau - tau_self) +
+                      kAgainShare * s.multiple_per_sr / s.lit_per_m * exp(-(1.0 - g) * tau) +
+                      light_from_around(mu, g, tau + tau_self, tau_near + tau_self, tau_near + s.tau_rest / s.lit_per_m);
     radiance += s.sun_irradiance / s.extinction_per_m * sun;
   }
   return radiance;
@@ -213,7 +222,7 @@ void main() {
     end_m = max(min(end_m, limit_m), t + max(1e-6, 2e-7 * t));  // never without moving on
     const float at_m = mix(t, end_m, jitter);
     const float altitude = altitude_m(direction * at_m, frame.camera_grid_m.z);
-    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), false);
+    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), false);
     for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, s);
     lookups += open_count;
     // What has begun without finding a slot is met anew at every sample: slow, and complete.

@@ -75,7 +75,9 @@ vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, flo
   vec3 place = direction * at_m;
   float mu = dot(frame.sun_direction, direction);  // light travels along -sun, towards the eye along -direction
   float c = dot(entry, p.light_direction);
-  float tau_sun = clamp(p.tau_sun + dot(p.tau_gradient_per_m, place - p.center_m), 0.3 * p.tau_sun, 4.0 * p.tau_sun);
+  // The depth through the others varies linearly; the cloud around has its share in it everywhere.
+  float tau_sun = linear_depth(p.tau_sun, dot(p.tau_gradient_per_m, place - p.center_m));
+  float tau_near = p.tau_near * (tau_sun / max(p.tau_sun, 1e-6));
 
   // Once: a homogeneous sphere whose density gives this chord its depth.
   float sigma_ray = tau_chord / max(2.0 * h, 1e-3);
@@ -85,11 +87,12 @@ vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, flo
   // More often, inside this particle.
   float sigma = p.optical_radius;
   float again = fetch_multiple(multiple_table, c, h, mu_unit, sigma, frame.phase_g) / max(opacity_of(2.0 * h * sigma), 1e-3);
-  again *= diffuse_transmission(kBeamSpread * tau_sun, frame.phase_g);
+  again *= kAgainShare * exp(-(1.0 - frame.phase_g) * tau_sun);
 
-  // More often, in the neighbours.
-  float tau_all = tau_sun - log(clamp(self, 1e-4, 1.0));
-  float around = diffuse_octaves(mu, frame.phase_g, tau_all);
+  // More often, in the cloud around.
+  float tau_self = -log(clamp(self, 1e-4, 1.0));
+  float around = light_from_around(mu, frame.phase_g, tau_sun + tau_self, tau_near + tau_self,
+                                   tau_near + p.tau_behind + kMeanChord * p.optical_radius);
 
   // Sky and ground.
   float altitude = altitude_m(place, frame.camera_grid_m.z);

@@ -19,8 +19,8 @@ void store_draw_particle(uint particle, DrawParticle p) {
   imageStore(draw_texels, at + ivec2(3, 0), vec4(p.center_m, p.optical_radius));
   imageStore(draw_texels, at + ivec2(4, 0), vec4(p.light_direction, p.tau_sun));
   imageStore(draw_texels, at + ivec2(5, 0), vec4(p.sun_irradiance, p.top_m));
-  imageStore(draw_texels, at + ivec2(6, 0), vec4(p.tau_gradient_per_m, 0.0));
-  imageStore(draw_texels, at + ivec2(7, 0), vec4(p.sky_up_radiance, 0.0));
+  imageStore(draw_texels, at + ivec2(6, 0), vec4(p.tau_gradient_per_m, p.tau_near));
+  imageStore(draw_texels, at + ivec2(7, 0), vec4(p.sky_up_radiance, p.tau_behind));
   imageStore(draw_texels, at + ivec2(8, 0), vec4(p.sky_down_radiance, 0.0));
   imageStore(draw_texels, at + ivec2(9, 0), vec4(p.radiance_per_sr, 0.0));
 }
@@ -44,6 +44,8 @@ DrawParticle load_draw_particle(sampler2D texels, uint particle) {
   p.sky_up_radiance = t[7].xyz;
   p.sky_down_radiance = t[8].xyz;
   p.radiance_per_sr = t[9].xyz;
+  p.tau_near = t[6].w;
+  p.tau_behind = t[7].w;
   return p;
 }
 #endif

@@ -6,6 +6,8 @@
 
 // [Yusov14] 5.3 step 2: the sunlight that reaches each visible particle. The depth is sampled at a tetrahedron inside
 // the particle rather than at its centre alone, for its mean and its gradient.
+// Deviates from the paper: instead of low-passing the depth over neighbouring particles (its step 3), it measures how much
+// cloud there is around, which diffuse light depends on (shared/cloud_light.h). Nothing here depends on the view.
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
@@ -43,14 +45,15 @@ void main() {
   light.sun_irradiance = vec3(0.0);
   light.tau_sun = 0.0;
   light.tau_gradient_per_m = vec3(0.0);
-  light.tau_smooth = 0.0;
+  light.tau_near = 0.0;
+  light.tau_behind = 0.0;
   if ((particle.flags & kParticleEmissive) == 0u) {
     light.sun_irradiance = sun_irradiance(particle.center_m);
     if (any(greaterThan(light.sun_irradiance, vec3(0.0)))) {
       vec3 points_m[4];
       for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * tetrahedron_corner(j));
-      float depths[4], extinctions[4];
-      sun_depths(points_m, self, depths, extinctions);
+      float depths[4];
+      sun_depths(points_m, self, depths);
 
       vec3 slope = vec3(0.0);
       for (uint j = 0u; j < 4u; ++j) {
@@ -59,7 +62,10 @@ void main() {
       }
       slope *= 0.75 / kDepthSampleRadius;
       light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
-      light.tau_smooth = light.tau_sun;
+
+      const vec2 column = enclosure(particle) * near_column(particle.center_m, self);
+      light.tau_near = min(column.x, light.tau_sun);
+      light.tau_behind = column.y;
     }
   }
   lights[slot] = light;

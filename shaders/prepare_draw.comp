@@ -39,9 +39,11 @@ void main() {
   d.extinction_per_m = p.extinction_per_m;
   d.light_direction = normalize(d.reference_from_render * -frame.sun_direction);
   const float mean_radius_m = pow(p.radius_m.x * p.radius_m.y * p.radius_m.z, 1.0 / 3.0);
-  d.optical_radius = p.extinction_per_m * mean_radius_m * (homogeneous ? 1.0 : mean_fill * kNeighbourhood);
+  d.optical_radius = p.extinction_per_m * mean_radius_m * (homogeneous ? 1.0 : mean_fill);
   d.sun_irradiance = light.sun_irradiance;
-  d.tau_sun = light.tau_smooth;
+  d.tau_sun = light.tau_sun;
+  d.tau_near = light.tau_near;
+  d.tau_behind = light.tau_behind;
   d.tau_gradient_per_m = light.tau_gradient_per_m;
   d.base_m = p.base_m;
   d.top_m = p.top_m;

@@ -24,11 +24,11 @@ rows() {
     def ms($names): [.passes[] | select(.name | IN($names[])) | .ms] | add // 0 | . * 10 | round / 10;
     .variants[] | select(.series == $series) |
     "| \(.axes[$axis] // .settings.quality // "medium") | \(.particles_generated) | \(ms(["grid_cells"])) | \(ms(["particles"])) | " +
-    "\(ms(["light_tiles", "occlusion", "occlusion_smooth"])) | \(ms(["view_sort"])) | \(ms(["shade_blend"])) | \(.frame_ms.median | . * 10 | round / 10) |"' \
+    "\(ms(["light_tiles", "occlusion"])) | \(ms(["view_sort"])) | \(ms(["shade_blend"])) | \(.frame_ms.median | . * 10 | round / 10) |"' \
     "$results/results.json"
 }
 share=$(jq -r '.variants[] | select(.series == "medium") |
-  (.passes | map(select(.name | IN("grid_cells", "particles", "light_tiles", "occlusion", "occlusion_smooth", "view_sort")) | .ms) | add) / .frame_ms.median * 100 | round' \
+  (.passes | map(select(.name | IN("grid_cells", "particles", "light_tiles", "occlusion", "view_sort")) | .ms) | add) / .frame_ms.median * 100 | round' \
   "$results/results.json")
 cp "$results/cost_distance.svg" docs/pictures/cost_distance.svg
 {

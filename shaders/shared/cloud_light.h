@@ -1,14 +1,16 @@
 // The source radiance of one particle's segment ([Yusov14] 4.4, extended): what an infinitely thick piece of this
 // medium would show, to be multiplied by the segment's opacity.
 //
-//   sun, once scattered      phase * S / opacity * exp(-tau)            exact in the homogeneous sphere
-//   sun, scattered again     M(table) / opacity * diffuse(tau)          light exchanged inside the particle
-//   sun, from other clouds   octaves of widened phase and weaker depth  light diffused through the neighbours
+//   sun, once scattered      phase * S / opacity * exp(-tau)     exact in the homogeneous sphere
+//   sun, scattered again     M(table) / opacity * exp(-tau')     light exchanged inside the particle
+//   sun, scattered forward   a wider phase * (exp(-tau') - exp(-tau))  still in the beam's direction, more or less
+//   sun, diffuse             two-stream light of the cloud around, by its thickness and the place in it
 //   sky and ground           mean radiance from above and below, mixed by the depth of cloud above and below
 //
-// tau is the optical depth towards the sun through the *other* particles, varying linearly inside the particle.
-// Deviates from the paper: it scales tau by xi = 0.05 for everything; here single scattering keeps the true depth, and
-// the slower decay of multiply scattered light is spread over octaves.
+// tau is the optical depth towards the sun, tau' = (1 - g) tau what it counts by similarity once forward scattering is
+// taken for none. Deviates from the paper: it scales tau by xi = 0.05 for everything and has the first two terms; here
+// single scattering keeps the true depth, and what the rest of the cloud contributes depends on how much of it there is, so
+// that thin turrets and edges stay dark seen from the sun's side.
 #ifndef NEPHELE_SHARED_CLOUD_LIGHT_H
 #define NEPHELE_SHARED_CLOUD_LIGHT_H
 
@@ -17,38 +19,47 @@
 
 NEPHELE_SHARED_BEGIN
 
-// Octaves after Wrenninge et al., Art-directable multiple volumetric scattering (2013): octave k = 1 .. 5 sees 0.5^k of
-// the optical depth and of the asymmetry, and weighs 0.62^k.
-NEPHELE_CONST(int, kDiffuseOctaves, 5);
-NEPHELE_CONST(float, kOctaveWeight, 0.62f);
-NEPHELE_CONST(float, kLastOctaveWeight, 0.0916132832f);  // 0.62^5
-NEPHELE_CONST(float, kLastOctaveShare, 0.03125f);        // 0.5^5
+// What the terms weigh: fitted to path-traced images with the sun alone (docs/accuracy.md), where the fit of single
+// scattering came out as 1 by itself. The terms overlap: orders two and three are in each.
+NEPHELE_CONST(float, kAgainShare, 0.6f);
+NEPHELE_CONST(float, kForwardShare, 1.15f);
+NEPHELE_CONST(float, kDiffuseShare, 0.75f);
 
-// Neighbouring particles overlap: the homogeneous sphere that stands in for one is this much thicker than it alone.
-NEPHELE_CONST(float, kNeighbourhood, 4.0f);
+NEPHELE_CONST(float, kForwardAsymmetry, 0.5f);   // of the phase function's
+NEPHELE_CONST(float, kTurnsPerDepth, 3.0f);      // scatterings that turn diffuse light, per optical depth of the cloud
 
-// Light that reaches a particle deep inside also leaves the cloud sideways, which a layer's transmission knows nothing
-// of: its depth counts this many times.
-NEPHELE_CONST(float, kBeamSpread, 3.5f);
+NEPHELE_CONST(float, kMeanChord, 4.0f / 3.0f);  // of a sphere, over its radius
 
-// Sunlight scattered at least twice on its way through neighbours of optical depth tau, per unit irradiance, per sr.
-// From the last octave up, so that one exponential, squared again and again, serves all.
-NEPHELE_FN float diffuse_octaves(float mu, float g, float tau) {
-  float sum = 0.0f;
-  float weight = kLastOctaveWeight;
-  float asymmetry = g * kLastOctaveShare;
-  float transmittance = exp(-tau * kLastOctaveShare);
-  for (int i = 0; i < kDiffuseOctaves; ++i) {
-    sum += weight * phase_henyey_greenstein(mu, asymmetry) * transmittance;
-    weight *= 1.0f / kOctaveWeight;
-    asymmetry *= 2.0f;
-    transmittance *= transmittance;
-  }
-  return sum;
+// Depth towards the sun through other particles where it differs by `change` from that at a particle's centre: linear
+// within limits, as four samples know it.
+NEPHELE_FN float linear_depth(float at_center, float change) { return clamp(at_center + change, 0.1f * at_center, 4.0f * at_center); }
+
+// Share of sunlight scattered forward alone on its way through optical depth tau: what similarity leaves in the beam
+// without what is unscattered.
+NEPHELE_FN float forward_share(float tau, float g) { return max(exp(-(1.0f - g) * tau) - exp(-tau), 0.0f); }
+
+// Mean radiance of multiply scattered light in a slab lit along its normal, times 4 pi per unit irradiance: at optical
+// depth `depth` of `total`, conservative scattering, Eddington's approximation with similarity-scaled depths and Marshak's
+// boundary (no light from without). 0 in a slab of no depth, 2 on top of an endless one, 5 deep in it.
+NEPHELE_FN float slab_light(float depth, float total, float g) {
+  float t = (1.0f - g) * depth;
+  float all = (1.0f - g) * total;
+  float j = 5.0f - 3.0f * exp(-t) - (5.0f - exp(-all)) * (t + 2.0f / 3.0f) / (all + 4.0f / 3.0f);
+  return max(j, 0.0f);
 }
 
 // Share of diffuse light that crosses a layer of optical depth tau of a non-absorbing medium: the two-stream result.
 NEPHELE_FN float diffuse_transmission(float tau, float g) { return 1.0f / (1.0f + 0.75f * (1.0f - g) * max(tau, 0.0f)); }
+
+// Sunlight that the cloud around sends to a place, per unit irradiance, per sr. beam: optical depth towards the sun
+// through everything; near and total: of the cloud around, towards the sun and through and through.
+NEPHELE_FN float light_from_around(float mu, float g, float beam, float near, float total) {
+  float forward = phase_henyey_greenstein(mu, kForwardAsymmetry * g) * forward_share(beam, g);
+  // The thinner the cloud, the fewer turns the light in it has made, and the more of it still goes on as it came.
+  float asymmetry = pow(max(g, 0.0f), 1.0f + kTurnsPerDepth * total);
+  float diffuse = phase_henyey_greenstein(mu, asymmetry) * slab_light(min(near, total), total, g);
+  return kForwardShare * forward + kDiffuseShare * diffuse * diffuse_transmission(beam - near, g);
+}
 
 // The ground under a cloud field lies partly in its shadow: what it sends up is reduced by this share of the coverage.
 NEPHELE_CONST(float, kGroundShadow, 0.7f);

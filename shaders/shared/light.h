@@ -253,9 +253,11 @@ NEPHELE_FN vec3 tetrahedron_corner(uint i) {
 // particles of a whole field, exp(-tau / 4) from these four points and a clamped linear law has an RMS error of 0.15 to
 // 0.16; from the centre alone 0.23 to 0.26, from six points on the axes 0.13 to 0.14, and those with the centre 0.17.
 NEPHELE_CONST(float, kDepthSampleRadius, 0.6f);
-// And where that of its neighbourhood is, at the opposite corners, with what weight against the particle's own.
+// Where its surroundings are looked at, at the opposite corners.
 NEPHELE_CONST(float, kNeighbourRadius, 1.5f);
-NEPHELE_CONST(float, kNeighbourWeight, 0.5f);
+
+// What is farther than this from a particle along the sun's ray belongs to another cloud.
+NEPHELE_CONST(float, kColumnReachM, 1500.0f);
 
 NEPHELE_FN vec3 particle_point(Particle particle, vec3 unit_point) {
   return particle.center_m + render_from_local(unit_point * particle.radius_m, particle.yaw_rad);

@@ -75,7 +75,8 @@ struct ParticleLight {
   vec3 sun_irradiance;      // after the atmosphere, before any cloud
   float tau_sun;            // optical depth towards the sun through the other particles, at the centre
   vec3 tau_gradient_per_m;  // of that depth, for a linear variation inside the particle (clamped when used)
-  float tau_smooth;         // low-passed tau_sun: light diffused in the cloud's body
+  float tau_near;           // of tau_sun, what belongs to the cloud around: weighted by kColumnReachM and by how enclosed it is
+  float tau_behind;         // the same on the side away from the sun
 };
 
 // Everything that shading one visible particle needs, in drawing order. *Reference space* is the unit space of the
@@ -85,7 +86,7 @@ struct DrawParticle {
   vec3 center_m;                 // render space
   float extinction_per_m;
   vec3 light_direction;          // unit, reference space, the way sunlight travels
-  float optical_radius;          // of the homogeneous sphere that stands in for multiple scattering
+  float optical_radius;          // of the homogeneous sphere that has this particle's mean density
   vec3 sun_irradiance;
   float tau_sun;
   vec3 tau_gradient_per_m;       // render space
@@ -95,6 +96,8 @@ struct DrawParticle {
   vec3 sky_down_radiance;        // mean radiance of air and ground below
   uint flags;
   vec3 radiance_per_sr;
+  float tau_near;                // as in ParticleLight
+  float tau_behind;
 };
 
 // The tiled backend reads draw particles from an image (draw_texels.glsl): 400 a row is within the 4 096 texels that
@@ -129,8 +132,8 @@ NEPHELE_SHARED_END
 
 #ifdef __cplusplus
 static_assert(sizeof(nephele::shared::Particle) == 64);
-static_assert(sizeof(nephele::shared::ParticleLight) == 32);
-static_assert(sizeof(nephele::shared::DrawParticle) == 144);
+static_assert(sizeof(nephele::shared::ParticleLight) == 36);
+static_assert(sizeof(nephele::shared::DrawParticle) == 152);
 #endif
 
 #endif
