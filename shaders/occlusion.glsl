@@ -85,13 +85,13 @@ float extinction_at(vec3 p_render_m) {
   return extinction;
 }
 
-// How much of what is around a particle is cloud, 0 .. 1: mean opacity of a radius' way at four points about it.
+// How much of what is around a particle is cloud, kLeastEnclosure .. 1: mean opacity of a short way at four points about it.
 float enclosure(Particle particle) {
-  const float way_m = pow(particle.radius_m.x * particle.radius_m.y * particle.radius_m.z, 1.0 / 3.0);
+  const float way_m = kNeighbourWay * pow(particle.radius_m.x * particle.radius_m.y * particle.radius_m.z, 1.0 / 3.0);
   float sum = 0.0;
   for (uint j = 0u; j < 4u; ++j)
     sum += 1.0 - exp(-way_m * extinction_at(particle_point(particle, -kNeighbourRadius * tetrahedron_corner(j))));
-  return 0.25 * sum;
+  return mix(kLeastEnclosure, 1.0, 0.25 * sum);
 }
 
 #endif

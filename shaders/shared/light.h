@@ -253,8 +253,11 @@ NEPHELE_FN vec3 tetrahedron_corner(uint i) {
 // particles of a whole field, exp(-tau / 4) from these four points and a clamped linear law has an RMS error of 0.15 to
 // 0.16; from the centre alone 0.23 to 0.26, from six points on the axes 0.13 to 0.14, and those with the centre 0.17.
 NEPHELE_CONST(float, kDepthSampleRadius, 0.6f);
-// Where its surroundings are looked at, at the opposite corners.
-NEPHELE_CONST(float, kNeighbourRadius, 1.5f);
+// Where its surroundings are looked at, at the opposite corners, how much of a way there counts, in radii, and what a
+// particle with clear air at all four still is: those that stick out of a crown must not show as dark spots in it.
+NEPHELE_CONST(float, kNeighbourRadius, 2.5f);
+NEPHELE_CONST(float, kNeighbourWay, 2.0f);
+NEPHELE_CONST(float, kLeastEnclosure, 0.25f);
 
 // What is farther than this from a particle along the sun's ray belongs to another cloud.
 NEPHELE_CONST(float, kColumnReachM, 1500.0f);

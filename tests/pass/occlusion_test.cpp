@@ -45,11 +45,12 @@ TrueLight true_light(const LightScene& scene, std::uint32_t index) {
     truth.tau += 0.25 * depth;
     truth.gradient_per_m += to_render(corner / radius) * depth * (0.75 / 0.6);
 
-    const dvec3 outside = center - to_render(1.5 * corner * radius);
+    const dvec3 outside = center - to_render(2.5 * corner * radius);
     double extinction = 0.0;
     for (const Particle& other : scene.particles_value) extinction += extinction_in(other, outside, 1500.0);
-    enclosure += 0.25 * (1.0 - std::exp(-extinction * std::cbrt(radius.x * radius.y * radius.z)));
+    enclosure += 0.25 * (1.0 - std::exp(-2.0 * extinction * std::cbrt(radius.x * radius.y * radius.z)));
   }
+  enclosure = 0.25 + 0.75 * enclosure;
   for (std::uint32_t i = 0; i < scene.particles_value.size(); ++i) {
     const std::vector<Particle> other = {scene.particles_value[i]};
     const double apart = std::abs(glm::dot(dvec3(other[0].center_m) - center, scene.sun())) / 1500.0;
