@@ -39,8 +39,8 @@ class AtmospherePass {
   // called. buffer holds `constants` when the steps run.
   const AtmosphereTables& add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer, const Params& params);
 
-  // The next frame makes all tables anew.
-  void forget() { albedo_ = {}, sky_view_of_ = {}, aerial_of_ = {}; }
+  // The next frame makes the camera's tables anew. The lasting ones hang on the ground alone.
+  void forget() { sky_view_of_ = aerial_of_ = {}; }
 
   const AtmosphereTables& tables() const { return tables_; }
 

@@ -25,7 +25,7 @@ class FramePasses {
   void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host,
            const shared::WeatherPlacement& weather);
 
-  // The next frame does all its work, whatever an earlier one left.
+  // The next frame does all its work but the atmosphere's lasting tables, whatever an earlier one left.
   void forget();
 
   // Counts of the last frame, once it has run.

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures the frame on this machine and writes docs/figures.md: medians over 20 frames after 2 warm-up frames.
+# Measures the frame on this machine and writes docs/figures.md: medians over 10 frames after 2 warm-up frames.
 #   tools/figures.sh [--device NAME_OR_INDEX]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -17,7 +17,7 @@ passes() { sed -n 's/^ *"ms": \([0-9.]*\),*$/\1/p; s/^ *"name": "\(.*\)",*$/\1/p
 
 measure() {  # name arguments...
   local name=$1; shift
-  build/nephele render --quiet --scene tools/scenes/fair_weather.json --stats "$work/$name.json" --frames 20 --warmup 2 \
+  build/nephele render --quiet --scene tools/scenes/fair_weather.json --stats "$work/$name.json" --frames 10 --warmup 2 \
     --out "$work/frame-%04d.png" "$@"
 }
 row() {  # name, what it is called
@@ -42,7 +42,7 @@ jq '.clouds.wind_m_per_s = [0, 0]' tools/scenes/fair_weather.json >"$work/still.
 jq '.camera | {fps: 60, keys: [{time_s: 0, position_m, yaw_deg, pitch_deg, roll_deg: 0},
       {time_s: 1, position_m: [.position_m[0], .position_m[1] + 200, .position_m[2]], yaw_deg, pitch_deg, roll_deg: 0}]}' \
   tools/scenes/fair_weather.json >"$work/flight.json"
-motion() { measure "$1" --size 640x360 --quality low --scale 2 --frames 60 "${@:2}"; }
+motion() { measure "$1" --size 640x360 --quality low --scale 2 --frames 30 "${@:2}"; }
 motion flying_anew --path "$work/flight.json"
 motion flying --path "$work/flight.json" --reuse
 motion windy --reuse
@@ -55,7 +55,7 @@ measure raster --size 1280x720 --quality high --backend attachment "$@"
 {
   echo "# Figures of the frame"
   echo
-  echo "Written by \`tools/figures.sh\`: scene fair_weather, medians of 20 frames after 2 for warming up, one run, in"
+  echo "Written by \`tools/figures.sh\`: scene fair_weather, medians of 10 frames after 2 for warming up, one run, in"
   echo "milliseconds. Device: $(text "$work/small.json" device), $(text "$work/small.json" driver), $(nproc) cores."
   echo "A shared machine is noisy: compare rows of one run, not of two. Shaded: fragments, or pairs of pixel and particle."
   echo
@@ -71,7 +71,7 @@ measure raster --size 1280x720 --quality high --backend attachment "$@"
   row raster "1280x720, high"
   echo
   echo "What a frame does not do again (\`RenderSettings::reuse\`, \`render --reuse\`; bit for bit the same image), 640x360, low,"
-  echo "scale 2, the device's own backend, over 60 frames:"
+  echo "scale 2, the device's own backend, over 30 frames:"
   echo
   echo "| camera | median ms | p95 ms | of the first row |"
   echo "|---|---|---|---|"
