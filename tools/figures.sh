@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures the frame on this machine and writes docs/figures.md: medians over 10 frames after 2 warm-up frames.
+# Measures the frame on this machine and writes docs/figures.md: variants in turn, medians of three rounds of four frames.
 #   tools/figures.sh [--device NAME_OR_INDEX]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -13,54 +13,63 @@ trap 'rm -rf "$work"' EXIT
 # number FILE KEY: the first value of a numeric key in the (pretty-printed) statistics.
 number() { sed -n "s/^ *\"$2\": \([0-9.]*\),*$/\1/p" "$1" | head -n 1; }
 text() { sed -n "s/^ *\"$2\": \"\(.*\)\",*$/\1/p" "$1" | head -n 1; }
-passes() { sed -n 's/^ *"ms": \([0-9.]*\),*$/\1/p; s/^ *"name": "\(.*\)",*$/\1/p' "$1" | paste - - ; }
 
+# All variants in turn, so that a machine that drifts hurts all alike; a figure is the median of the rounds'.
+rounds=3
 measure() {  # name arguments...
   local name=$1; shift
-  build/nephele render --quiet --scene tools/scenes/fair_weather.json --stats "$work/$name.json" --frames 10 --warmup 2 \
+  build/nephele render --quiet --scene tools/scenes/fair_weather.json --stats "$work/$name.$round.json" --frames 4 --warmup 1 \
     --out "$work/frame-%04d.png" "$@"
 }
+middle() { sort -g | sed -n "$((rounds / 2 + 1))p"; }
+median() {  # name
+  for round in $(seq "$rounds"); do number "$work/$1.$round.json" median; done | middle
+}
+passes() {  # name
+  for round in $(seq "$rounds"); do sed -n 's/^ *"ms": \([0-9.]*\),*$/\1/p; s/^ *"name": "\(.*\)",*$/\1/p' "$work/$1.$round.json" | paste - -; done |
+    awk -F'\t' '{ms[$1] = ms[$1] " " $2} END {for (name in ms) {n = split(ms[name], v, " "); for (i = 2; i <= n; ++i) for (j = i; j > 1 && v[j - 1] + 0 > v[j] + 0; --j) {t = v[j]; v[j] = v[j - 1]; v[j - 1] = t}; print name "\t" v[int((n + 1) / 2)]}}'
+}
 row() {  # name, what it is called
-  local file=$work/$1.json shaded
+  local file=$work/$1.1.json shaded
   shaded=$(number "$file" fragments_shaded)
   [[ $shaded == 0 ]] && shaded=$(number "$file" pairs_shaded)
-  printf '| %s | %s, %s | %s | %s | %s | %.0f | %.0f |\n' "$2" "$(text "$file" backend)" "$(text "$file" blend)" \
-    "$(number "$file" particles_generated)" "$(number "$file" particles_visible)" "$shaded" "$(number "$file" median)" "$(number "$file" p95)"
+  printf '| %s | %s, %s | %s | %s | %s | %.0f |\n' "$2" "$(text "$file" backend)" "$(text "$file" blend)" \
+    "$(number "$file" particles_generated)" "$(number "$file" particles_visible)" "$shaded" "$(median "$1")"
 }
-
 motion_row() {  # name, what it is called
-  awk -v what="$2" -v ms="$(number "$work/$1.json" median)" -v p95="$(number "$work/$1.json" p95)" \
-    -v all="$(number "$work/flying_anew.json" median)" 'BEGIN {printf "| %s | %.1f | %.1f | %.2f |\n", what, ms, p95, ms / all}'
+  awk -v what="$2" -v ms="$(median "$1")" -v all="$(median flying_anew)" 'BEGIN {printf "| %s | %.1f | %.2f |\n", what, ms, ms / all}'
 }
 
-measure small --size 640x360 --quality low --scale 2 --backend attachment "$@"
-measure tiled --size 640x360 --quality low --scale 2 --backend tiled "$@"
-measure exact --size 640x360 --quality low --scale 2 --backend tiled --blend exact "$@"
-measure alpha --size 640x360 --quality low --scale 2 --backend alpha "$@"
-# The same without wind; and a straight flight over the camera's own meridian, 200 m/s at 60 frames a second.
+# The same without wind; and a straight flight to the north, 200 m/s at 60 frames a second.
 jq '.clouds.wind_m_per_s = [0, 0]' tools/scenes/fair_weather.json >"$work/still.json"
 jq '.camera | {fps: 60, keys: [{time_s: 0, position_m, yaw_deg, pitch_deg, roll_deg: 0},
       {time_s: 1, position_m: [.position_m[0], .position_m[1] + 200, .position_m[2]], yaw_deg, pitch_deg, roll_deg: 0}]}' \
   tools/scenes/fair_weather.json >"$work/flight.json"
-motion() { measure "$1" --size 640x360 --quality low --scale 2 --frames 30 "${@:2}"; }
-motion flying_anew --path "$work/flight.json"
-motion flying --path "$work/flight.json" --reuse
-motion windy --reuse
-motion still --scene "$work/still.json" --reuse
+motion() { measure "$1" --size 640x360 --quality low --scale 2 --frames 10 "${@:2}"; }
 
-measure low --size 1280x720 --quality low "$@"
-measure medium --size 1280x720 --quality medium "$@"
-measure high --size 1280x720 --quality high "$@"
-measure raster --size 1280x720 --quality high --backend attachment "$@"
+for round in $(seq "$rounds"); do
+  measure small --size 640x360 --quality low --scale 2 --backend attachment "$@"
+  measure tiled --size 640x360 --quality low --scale 2 --backend tiled "$@"
+  measure exact --size 640x360 --quality low --scale 2 --backend tiled --blend exact "$@"
+  measure alpha --size 640x360 --quality low --scale 2 --backend alpha "$@"
+  motion flying_anew --path "$work/flight.json" "$@"
+  motion flying --path "$work/flight.json" --reuse "$@"
+  motion windy --reuse "$@"
+  motion still --scene "$work/still.json" --reuse "$@"
+  measure low --size 1280x720 --quality low "$@"
+  measure medium --size 1280x720 --quality medium "$@"
+  measure high --size 1280x720 --quality high "$@"
+  measure raster --size 1280x720 --quality high --backend attachment "$@"
+done
 {
   echo "# Figures of the frame"
   echo
-  echo "Written by \`tools/figures.sh\`: scene fair_weather, medians of 10 frames after 2 for warming up, one run, in"
-  echo "milliseconds. Device: $(text "$work/small.json" device), $(text "$work/small.json" driver), $(nproc) cores."
+  echo "Written by \`tools/figures.sh\`: scene fair_weather, variants in turn, medians of three rounds of four frames, in"
+  echo "milliseconds. Device: $(text "$work/small.1.json" device), $(text "$work/small.1.json" driver), $(nproc) cores."
   echo "A shared machine is noisy: compare rows of one run, not of two. Shaded: fragments, or pairs of pixel and particle."
   echo
-  echo "| image | backend, blend | particles | visible | shaded | median ms | p95 ms |"
-  echo "|---|---|---|---|---|---|---|"
+  echo "| image | backend, blend | particles | visible | shaded | median ms |"
+  echo "|---|---|---|---|---|---|"
   row small "640x360, low, scale 2"
   row tiled "640x360, low, scale 2"
   row exact "640x360, low, scale 2"
@@ -71,10 +80,10 @@ measure raster --size 1280x720 --quality high --backend attachment "$@"
   row raster "1280x720, high"
   echo
   echo "What a frame does not do again (\`RenderSettings::reuse\`, \`render --reuse\`; bit for bit the same image), 640x360, low,"
-  echo "scale 2, the device's own backend, over 30 frames:"
+  echo "scale 2, the device's own backend, ten frames a round:"
   echo
-  echo "| camera | median ms | p95 ms | of the first row |"
-  echo "|---|---|---|---|"
+  echo "| camera | median ms | of the first row |"
+  echo "|---|---|---|"
   motion_row flying_anew "flying at 200 m/s, 60 frames/s, everything anew"
   motion_row flying "flying, with reuse"
   motion_row windy "standing, clouds drifting with the wind, with reuse"
@@ -85,7 +94,7 @@ measure raster --size 1280x720 --quality high --backend attachment "$@"
   echo
   echo "| pass | 640x360 low, scale 2 | 1280x720 high |"
   echo "|---|---|---|"
-  join -t $'\t' -a 1 <(passes "$work/small.json" | sort) <(passes "$work/high.json" | sort) |
+  join -t $'\t' -a 1 <(passes small | sort) <(passes high | sort) |
     awk -F'\t' '{printf "| %s | %.1f | %.1f |\n", $1, $2, $3}'
 } > docs/figures.md
 cat docs/figures.md
