@@ -95,7 +95,6 @@ CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode ble
     interlock_target_ = make("interlock_target", VK_FORMAT_R8_UNORM, width, height, true);
   }
   if (scale_ > 1) {
-    upscale_ = ComputeKernel(device, shaders::cloud_upscale_comp);
     full_color_ = make("full_color", VK_FORMAT_R32G32B32A32_SFLOAT, size.width, size.height, false);
     full_depth_ = make("full_depth", VK_FORMAT_R32_SFLOAT, size.width, size.height, false);
   }
@@ -140,17 +139,6 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                                 {3, layer_color_, Access::storage_write},
                                 {4, layer_depth_, Access::storage_write}},
                    .groups = groups_of_8(layer_color_)});
-  if (scale_ > 1)
-    frame.compute({.name = "upscale",
-                   .kernel = &upscale_,
-                   .bindings = {{0, inputs.frame_constants, Access::uniform},
-                                {1, layer_color_, Access::sampled},
-                                {2, layer_depth_, Access::sampled},
-                                {3, full_color_, Access::storage_write},
-                                {4, full_depth_, Access::storage_write},
-                                {5, layer_scene_, Access::sampled, Sampler::nearest_clamp},
-                                {6, inputs.host_distance, Access::sampled, Sampler::nearest_clamp}},
-                   .groups = groups_of_8(full_color_)});
 }
 
 void CloudLayer::add_draw(FrameBuilder& frame, const Inputs& inputs) {

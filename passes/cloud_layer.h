@@ -1,7 +1,7 @@
 // The cloud layer: visible particles, back to front, shaded from the tables and blended volume-aware into colour,
-// transmittance and distance ([Yusov14] 5.4, 5.5), then brought to the image's resolution.
+// transmittance and distance ([Yusov14] 5.4, 5.5); composing brings them to the image's resolution (composite.h).
 //
-// reads -> writes: particles, visible list, draw order, lights, tables -> draw particles -> blend state -> layer -> full
+// reads -> writes: particles, visible list, draw order, lights, tables -> draw particles -> blend state -> layer
 // cost: fragments (particles times their area in pixels of the layer), each two table fetches and two noise fetches.
 #pragma once
 
@@ -50,7 +50,12 @@ class CloudLayer {
   };
   void add(FrameBuilder& frame, const Inputs& inputs);
 
-  // At the image's resolution: premultiplied radiance and transmittance; metres to the first matter, +inf without.
+  // What add leaves: premultiplied radiance and transmittance; metres to the first matter, +inf without; to what stands behind.
+  const Image& layer_color() const { return layer_color_; }
+  const Image& layer_depth() const { return layer_depth_; }
+  const Image& layer_scene() const { return layer_scene_; }
+
+  // The same at the image's resolution, once the frame is composed: premultiplied radiance and transmittance; metres to the first matter, +inf without.
   const Image& color() const { return scale_ > 1 ? full_color_ : layer_color_; }
   const Image& depth() const { return scale_ > 1 ? full_depth_ : layer_depth_; }
 
@@ -61,7 +66,7 @@ class CloudLayer {
   Backend backend_;
   std::uint32_t scale_;
   bool noise_ready_ = false;
-  ComputeKernel detail_noise_kernel_, prepare_, scene_distance_, clear_, resolve_, upscale_;
+  ComputeKernel detail_noise_kernel_, prepare_, scene_distance_, clear_, resolve_;
   RasterPipeline draw_;
   std::unique_ptr<TiledBlend> tiled_;
   std::unique_ptr<RayMarch> march_;

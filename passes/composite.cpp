@@ -3,29 +3,88 @@
 #include "shared/world.h"
 
 namespace nephele {
+namespace {
 
-CompositePass::CompositePass(Device& device)
-    : haze_shadow_(device),
-      sky_(device, shaders::composite_comp_sky),
-      sky_clouds_(device, shaders::composite_comp_sky_clouds),
-      sky_clouds_shadow_(device, shaders::composite_comp_sky_clouds_shadow),
-      vacuum_(device, shaders::composite_comp_vacuum),
-      vacuum_clouds_(device, shaders::composite_comp_vacuum_clouds),
-      vacuum_clouds_shadow_(device, shaders::composite_comp_vacuum_clouds_shadow) {}
+constexpr std::uint32_t kTilePx = 8, kKinds = 5;  // composite_tiles.glsl
+constexpr std::uint32_t kMostGroups = 65535;      // along one side of a dispatch, on every device
+
+// The head of composite_tiles.glsl's buffer.
+struct TileLists {
+  glm::uvec3 groups[kKinds];
+  std::uint32_t counts[kKinds];
+  glm::vec3 sun_at_lens;
+};
+
+struct CompositeGrid {
+  std::uint32_t columns, rows, groups_across;
+};
+
+const ShaderCode& composite_code(bool air, bool clouds, bool shadow, bool upscale) {
+  if (!clouds) return air ? shaders::composite_comp_sky : shaders::composite_comp_vacuum;
+  if (air && upscale) return shadow ? shaders::composite_comp_sky_upscale_shadow : shaders::composite_comp_sky_upscale;
+  if (air) return shadow ? shaders::composite_comp_sky_clouds_shadow : shaders::composite_comp_sky_clouds;
+  if (upscale) return shadow ? shaders::composite_comp_vacuum_upscale_shadow : shaders::composite_comp_vacuum_upscale;
+  return shadow ? shaders::composite_comp_vacuum_clouds_shadow : shaders::composite_comp_vacuum_clouds;
+}
+
+const ShaderCode& tiles_code(bool air, bool clouds) {
+  if (air) return clouds ? shaders::composite_tiles_comp_sky_clouds : shaders::composite_tiles_comp_sky;
+  return clouds ? shaders::composite_tiles_comp_vacuum_clouds : shaders::composite_tiles_comp_vacuum;
+}
+
+}  // namespace
+
+CompositePass::CompositePass(Device& device) : device_(device), haze_shadow_(device) {}
+
+const CompositePass::Kernels& CompositePass::kernels(bool air, bool clouds, bool shadow, bool upscale) {
+  Kernels& kernels = kernels_[(air ? 8u : 0u) + (clouds ? 4u : 0u) + (shadow ? 2u : 0u) + (upscale ? 1u : 0u)];
+  if (kernels.tiles) return kernels;
+  kernels.tiles = ComputeKernel(device_, tiles_code(air, clouds));
+  for (std::uint32_t kind = 0; kind < kKinds; ++kind) {
+    const SpecConstant constants[] = {{0, kind}};
+    kernels.kinds[kind] = ComputeKernel(device_, composite_code(air, clouds, shadow, upscale), constants);
+  }
+  return kernels;
+}
 
 void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, const glm::dvec3& camera_world_m,
                         const Image& hdr, const Image& display) {
   const AtmosphereTables* air = inputs.atmosphere;
-  const bool clouds = inputs.cloud_color != nullptr;
+  const bool clouds = inputs.layer_color != nullptr;
   const bool shadow = clouds && inputs.cloud_shadow != nullptr;
-  NEPHELE_CHECK(clouds == (inputs.cloud_depth != nullptr), "a cloud layer is colour and depth");
-  const ComputeKernel* kernel = air ? (shadow ? &sky_clouds_shadow_ : clouds ? &sky_clouds_ : &sky_)
-                                    : (shadow ? &vacuum_clouds_shadow_ : clouds ? &vacuum_clouds_ : &vacuum_);
+  const bool upscale = clouds && inputs.full_color != nullptr;
+  NEPHELE_CHECK(clouds == (inputs.layer_depth != nullptr), "a cloud layer is colour and depth");
+  NEPHELE_CHECK(upscale == (inputs.full_depth != nullptr) && (!upscale || inputs.layer_scene), "a full-size layer is colour and depth");
+  const Kernels& with = kernels(air, clouds, shadow, upscale);
+
+  const VkExtent3D size = display.extent();
+  CompositeGrid grid{(size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx, 1};
+  const std::uint32_t tiles = grid.columns * grid.rows;
+  grid.groups_across = (tiles + kMostGroups - 1) / kMostGroups;
+  const VkDeviceSize bytes = sizeof(TileLists) + VkDeviceSize{kKinds} * tiles * sizeof(std::uint32_t);
+  if (!tiles_ || tiles_.bytes() < bytes) tiles_ = Buffer(device_, "composite_tiles", bytes);
+
+  TileLists none{};
+  for (glm::uvec3& groups : none.groups) groups = {grid.groups_across, 0, 1};
+  const auto head = std::as_bytes(std::span(&none, 1));
+  frame.update("composite", tiles_, {head.begin(), head.end()});
+  std::vector<Binding> layer;
+  if (clouds) layer = {{8, *inputs.layer_color, Access::sampled, Sampler::nearest_clamp}, {9, *inputs.layer_depth, Access::sampled, Sampler::nearest_clamp}};
+  ComputeStep sort{.name = "composite",
+                   .kernel = &with.tiles,
+                   .bindings = {{0, *inputs.frame_constants, Access::uniform}, {19, tiles_, Access::storage_read_write}},
+                   .push = as_push(grid),
+                   .groups = {(tiles + 63) / 64, 1, 1}};
+  sort.bindings.insert(sort.bindings.end(), layer.begin(), layer.end());
+  if (air) sort.bindings.emplace_back(3, air->transmittance, Access::sampled);
+  frame.compute(std::move(sort));
+
   std::vector<Binding> bindings = {{0, *inputs.frame_constants, Access::uniform},
                                    {1, hdr, Access::storage_write},
                                    {2, display, Access::storage_write},
                                    {14, *inputs.host_distance, Access::sampled, Sampler::nearest_clamp},
-                                   {15, *inputs.host_radiance, Access::sampled, Sampler::nearest_clamp}};
+                                   {15, *inputs.host_radiance, Access::sampled, Sampler::nearest_clamp},
+                                   {19, tiles_, Access::storage_read}};
   if (air) {
     bindings.insert(bindings.end(), {{3, air->transmittance, Access::sampled},
                                      {4, air->sky_irradiance, Access::sampled},
@@ -35,9 +94,11 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
                                      {10, air->aerial_light, Access::sampled},
                                      {11, air->aerial_transmittance, Access::sampled}});
   }
-  if (clouds) {
-    bindings.insert(bindings.end(), {{8, *inputs.cloud_color, Access::sampled, Sampler::nearest_clamp},
-                                     {9, *inputs.cloud_depth, Access::sampled, Sampler::nearest_clamp}});
+  bindings.insert(bindings.end(), layer.begin(), layer.end());
+  if (upscale) {
+    bindings.insert(bindings.end(), {{16, *inputs.full_color, Access::storage_write},
+                                     {17, *inputs.full_depth, Access::storage_write},
+                                     {18, *inputs.layer_scene, Access::sampled, Sampler::nearest_clamp}});
   }
   if (shadow) bindings.push_back({12, *inputs.cloud_shadow, Access::sampled});
   if (shadow && air) {
@@ -48,14 +109,18 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
   struct Push {
     glm::ivec2 ground_origin_index;
     glm::vec2 camera_ground_m;
+    CompositeGrid grid;
   };
   const shared::GridPlace place = shared::grid_place(camera_world_m);
-  const VkExtent3D size = display.extent();
-  frame.compute({.name = "composite",
-                 .kernel = kernel,
-                 .bindings = std::move(bindings),
-                 .push = as_push(Push{place.origin_index, glm::vec2(place.grid_m)}),
-                 .groups = {(size.width + 7) / 8, (size.height + 7) / 8, 1}});
+  for (std::uint32_t kind = 0; kind < kKinds; ++kind) {
+    const bool of_clouds = kind == 1 || kind == 3;
+    if (of_clouds && !clouds) continue;
+    frame.compute({.name = "composite",
+                   .kernel = &with.kinds[kind],
+                   .bindings = bindings,
+                   .push = as_push(Push{place.origin_index, glm::vec2(place.grid_m), grid}),
+                   .indirect = {&tiles_, offsetof(TileLists, groups) + kind * sizeof(glm::uvec3)}});
+  }
 }
 
 }  // namespace nephele

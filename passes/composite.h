@@ -1,8 +1,11 @@
 // The final image: sky, sun and ground behind the cloud layer, aerial perspective in front of everything, exposure
-// and tone map. With atmosphere and cloud shadows, one more step before it shades the haze (haze_shadow.h).
+// and tone map. A layer of lower resolution is brought to the image's on the way. With atmosphere and cloud shadows, one
+// more step before it shades the haze (haze_shadow.h).
 //
-// reads -> writes: frame constants, atmosphere tables, cloud layer and shadow (each optional) -> HDR and display image
+// reads -> writes: frame constants, atmosphere tables, cloud layer and shadow (each optional) -> HDR and display image,
+//   the cloud layer at full size
 // cost: a handful of look-ups a pixel; ground pixels pay for its pattern (most near the camera, where it has most octaves).
+//   Tiles of pixels are sorted by what they may show, each kind has a kernel of its own.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -16,8 +19,11 @@ namespace nephele {
 struct CompositeInputs {
   const Buffer* frame_constants = nullptr;
   const AtmosphereTables* atmosphere = nullptr;  // null: black sky, no haze
-  const Image* cloud_color = nullptr;            // full size: radiance times opacity, transmittance; null: no clouds
-  const Image* cloud_depth = nullptr;            // full size: metres to the first matter, +inf without
+  const Image* layer_color = nullptr;            // cloud layer: radiance times opacity, transmittance; null: no clouds
+  const Image* layer_depth = nullptr;            // metres to the first matter, +inf without
+  const Image* layer_scene = nullptr;            // metres to what stands behind; with full_*
+  const Image* full_color = nullptr;             // where the layer goes at full size; null: it has it (scale 1)
+  const Image* full_depth = nullptr;
   const Image* host_distance = nullptr;          // full size, read if FrameConstants::host_scene; never null
   const Image* host_radiance = nullptr;          // likewise
   const Image* cloud_shadow = nullptr;           // as passes/cloud_shadow.h makes it; null: no shadows
@@ -32,8 +38,16 @@ class CompositePass {
            const Image& display);
 
  private:
+  struct Kernels {  // of one set of inputs
+    ComputeKernel tiles;
+    std::array<ComputeKernel, 5> kinds;  // composite_tiles.glsl
+  };
+  const Kernels& kernels(bool air, bool clouds, bool shadow, bool upscale);
+
+  Device& device_;
   HazeShadow haze_shadow_;
-  ComputeKernel sky_, sky_clouds_, sky_clouds_shadow_, vacuum_, vacuum_clouds_, vacuum_clouds_shadow_;
+  std::array<Kernels, 16> kernels_;  // those that frames so far have asked for
+  Buffer tiles_;                     // for the largest image so far
 };
 
 }  // namespace nephele

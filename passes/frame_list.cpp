@@ -89,8 +89,13 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
   c.layer.add(frame, {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
                       atmosphere_.tables().sky_irradiance, c.tables, *composite.host_distance});
-  composite.cloud_color = &c.layer.color();
-  composite.cloud_depth = &c.layer.depth();
+  composite.layer_color = &c.layer.layer_color();
+  composite.layer_depth = &c.layer.layer_depth();
+  composite.layer_scene = &c.layer.layer_scene();
+  if (constants.scale > 1) {
+    composite.full_color = &c.layer.color();
+    composite.full_depth = &c.layer.depth();
+  }
   if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
     composite.cloud_shadow = &c.shadow.add(frame, constants_, tiles);
   frame.read_back("read_counters", particles.counters, c.counters_back, sizeof(FrameCounters));

@@ -1,14 +1,22 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// variants: sky sky_clouds=CLOUDS sky_clouds_shadow=CLOUDS,SHADOW vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS vacuum_clouds_shadow=VACUUM,CLOUDS,SHADOW
-// The final image: sky, sun and ground; the cloud layer over them through the air between; exposure and tone map.
+// variants: sky sky_clouds=CLOUDS sky_clouds_shadow=CLOUDS,SHADOW sky_upscale=CLOUDS,UPSCALE sky_upscale_shadow=CLOUDS,UPSCALE,SHADOW vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS vacuum_clouds_shadow=VACUUM,CLOUDS,SHADOW vacuum_upscale=VACUUM,CLOUDS,UPSCALE vacuum_upscale_shadow=VACUUM,CLOUDS,UPSCALE,SHADOW
+// The final image: sky, sun and ground; the cloud layer, brought to the image's resolution, over them through the air
+// between; exposure and tone map. A workgroup has a tile of one kind (composite_tiles.glsl), and the kernel of a kind holds
+// what such tiles need and nothing else: on a CPU every pixel pays for all code of its kernel, needed or not.
 #include "shared/atmosphere_tables.h"
 #include "shared/ground.h"
 #include "shared/haze_shadow.h"
 #include "shared/tonemap.h"
 #include "shared/types.h"
+#include "composite_tiles.glsl"
 #include "light.glsl"
+
+layout(constant_id = 0) const uint kKind = kMixedKind;  // of tiles that this kernel is for
+const bool kMixed = kKind == kMixedKind;
+const bool kSky = kKind < 2u;
+const bool kCloudy = ((0x1Au >> kKind) & 1u) != 0u;  // the odd kinds and the mixed one
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };
@@ -22,8 +30,13 @@ layout(set = 0, binding = 6) uniform sampler2D sky_aerosol;
 layout(set = 0, binding = 7) uniform sampler2D view_transmittance;
 #endif
 #ifdef CLOUDS
-layout(set = 0, binding = 8) uniform sampler2D cloud_color;  // premultiplied radiance, transmittance
-layout(set = 0, binding = 9) uniform sampler2D cloud_depth;  // metres to the first matter, +inf without
+layout(set = 0, binding = 8) uniform sampler2D layer_color;  // premultiplied radiance, transmittance
+layout(set = 0, binding = 9) uniform sampler2D layer_depth;  // metres to the first matter, +inf without
+#endif
+#ifdef UPSCALE
+layout(set = 0, binding = 16, rgba32f) uniform writeonly image2D full_color;  // the layer at the image's resolution
+layout(set = 0, binding = 17, r32f) uniform writeonly image2D full_depth;
+layout(set = 0, binding = 18) uniform sampler2D layer_scene;
 #endif
 #ifndef VACUUM
 layout(set = 0, binding = 10) uniform sampler3D aerial_light;
@@ -41,9 +54,13 @@ layout(set = 0, binding = 15) uniform sampler2D host_radiance;
 layout(push_constant, scalar) uniform Push {
   ivec2 ground_origin_index;
   vec2 camera_ground_m;
+  CompositeGrid grid;
 };
 
 #include "scene_distance.glsl"
+#ifdef UPSCALE
+#include "cloud_upscale.glsl"
+#endif
 
 // The sun's disc, per unit of its irradiance, before the air. Its edge is as soft as a pixel is wide, and a disc
 // smaller than a pixel is drawn as large as one: both keep its power.
@@ -110,36 +127,15 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
 }
 
 #ifndef VACUUM
-// Share of the sun's disc that the clouds let through, where the disc is in the image; off it, at the nearest border.
-float sun_through_clouds(float pixel_rad) {
-#ifdef CLOUDS
-  vec4 clip = frame.clip_from_render * vec4(frame.sun_direction, 0.0);
-  vec2 center = (clip.xy / max(clip.w, 1e-4) * 0.5 + 0.5) * vec2(frame.image_size_px);
-  float reach = 0.6 * frame.sun_angular_radius_rad / pixel_rad;
-  float sum = 0.0;
-  for (int i = 0; i < 5; ++i) {
-    vec2 offset = i == 4 ? vec2(0.0) : vec2((i & 1) == 0 ? -reach : reach, (i & 2) == 0 ? -reach : reach);
-    vec2 at = clamp(center + offset, vec2(0.0), vec2(frame.image_size_px) - 1.0);
-    sum += texelFetch(cloud_color, ivec2(at), 0).a;
-  }
-  return 0.2 * sum;
-#else
-  return 1.0;
-#endif
-}
-
-// Light of the sun scattered in the lens, in the display image alone: 0.4 % of it in a halo of half a degree or so, per
-// unit of its irradiance.
-vec3 sun_glare(vec3 direction, float altitude_m, float pixel_rad) {
+// Light of the sun scattered in the lens, in the display image alone: 0.4 % of it in a halo of half a degree or so.
+vec3 sun_glare(vec3 direction) {
   const float kShare = 0.004;
   const float kWidthRad = 0.012;
   vec3 apart = direction - frame.sun_direction;
   float angle2 = dot(apart, apart);
-  float edge = 1.0 - angle2 / 0.1;  // an end for it at 18 degrees
-  if (edge <= 0.0) return vec3(0.0);
+  float edge = max(1.0 - angle2 / 0.1, 0.0);  // an end for it at 18 degrees
   float fall = inversesqrt(1.0 + angle2 / (kWidthRad * kWidthRad));
-  return sun_transmittance(transmittance, altitude_m, frame.sun_direction.z) *
-         (sun_through_clouds(pixel_rad) * kShare / (2.0 * kPi * kWidthRad * kWidthRad) * fall * fall * fall * edge * edge);
+  return sun_at_lens * (kShare / (2.0 * kPi * kWidthRad * kWidthRad) * fall * fall * fall * edge * edge);
 }
 #endif
 
@@ -156,7 +152,9 @@ vec3 through_air(vec3 radiance, float opacity, vec3 direction, float altitude_m,
 
 // Sky, sun and ground where the host has drawn nothing.
 vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2 image_unit) {
-  float horizon_mu = horizon_cosine(altitude_m);
+  const float horizon_mu = horizon_cosine(altitude_m);
+  if (!kMixed && kSky) return sky_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit) * frame.sun_irradiance;
+  if (!kMixed) return ground_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit) * frame.sun_irradiance;
   // Share of the pixel above the horizon, so that the horizon has no steps.
   float above = clamp(0.5 + (direction.z - horizon_mu) / pixel_rad, 0.0, 1.0);
   vec3 sky_direction = direction;
@@ -174,26 +172,45 @@ vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2
   return background * frame.sun_irradiance;
 }
 
+#ifdef CLOUDS
+// The cloud layer at a pixel of the image, with the metres to its first matter, +inf without.
+vec4 cloud_at(ivec2 pixel, out float cloud_m) {
+#ifdef UPSCALE
+  vec4 cloud = vec4(0.0, 0.0, 0.0, 1.0);
+  cloud_m = uintBitsToFloat(0x7f800000u);
+  if (kCloudy) cloud = upscaled(vec2(pixel) + 0.5, kMixed, cloud_m);
+  imageStore(full_color, pixel, cloud);
+  imageStore(full_depth, pixel, vec4(cloud_m));
+  return cloud;
+#else
+  cloud_m = texelFetch(layer_depth, pixel, 0).r;
+  return texelFetch(layer_color, pixel, 0);
+#endif
+}
+#endif
+
 void main() {
-  uvec2 pixel = gl_GlobalInvocationID.xy;
-  if (pixel.x >= frame.image_size_px.x || pixel.y >= frame.image_size_px.y) return;
+  uvec2 tile;
+  if (!find_composite_tile(grid, kKind, tile)) return;
+  const uvec2 pixel = tile * kCompositeTilePx + gl_LocalInvocationID.xy;
+  if (any(greaterThanEqual(pixel, frame.image_size_px))) return;
   vec3 direction = pixel_direction(vec2(pixel) + 0.5, frame.image_size_px);
   float pixel_rad = length(pixel_direction(vec2(pixel) + vec2(0.5, 1.5), frame.image_size_px) - direction);
   float altitude_m = max(0.0, frame.camera_grid_m.z);
   vec2 image_unit = (vec2(pixel) + 0.5) / vec2(frame.image_size_px);
 
-  float host_m = host_distance_m(ivec2(pixel));
+  const float host_m = kMixed ? host_distance_m(ivec2(pixel)) : kNoSceneM;
   vec3 radiance = host_m < kNoSceneM
                       ? through_air(texelFetch(host_radiance, ivec2(pixel), 0).rgb, 1.0, direction, altitude_m, image_unit, host_m)
                       : background_radiance(direction, altitude_m, pixel_rad, image_unit);
 #ifdef CLOUDS
-  vec4 cloud = texelFetch(cloud_color, ivec2(pixel), 0);
-  float cloud_m = texelFetch(cloud_depth, ivec2(pixel), 0).r;
-  if (!isinf(cloud_m)) radiance = radiance * cloud.a + through_air(cloud.rgb, 1.0 - cloud.a, direction, altitude_m, image_unit, cloud_m);
+  float cloud_m;
+  const vec4 cloud = cloud_at(ivec2(pixel), cloud_m);
+  if (kCloudy && !isinf(cloud_m)) radiance = radiance * cloud.a + through_air(cloud.rgb, 1.0 - cloud.a, direction, altitude_m, image_unit, cloud_m);
 #endif
   imageStore(hdr, ivec2(pixel), vec4(radiance, 1.0));
 #ifndef VACUUM
-  radiance += sun_glare(direction, altitude_m, pixel_rad) * frame.sun_irradiance;
+  radiance += sun_glare(direction);
 #endif
   imageStore(display, ivec2(pixel), vec4(display_color(radiance, frame.exposure, pixel), 1.0));
 }

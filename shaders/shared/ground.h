@@ -20,12 +20,18 @@ NEPHELE_CONST(uint, kGroundSeed, 0x67726e64u);
 // What is left of a pattern of that size under a footprint.
 NEPHELE_FN float ground_fade(float size_m, float footprint_m) { return 1.0f - smoothstep(0.25f, 0.9f, footprint_m / size_m); }
 
+// How many octaves, each `ratio` times as fine as the one before, are left under a footprint. Loops end there: on a CPU an
+// octave without weight costs as much as any other.
+NEPHELE_FN int octaves_left(float size_m, float footprint_m, float ratio, int most) {
+  return int(clamp(ceil(log(0.9f * size_m / footprint_m) / log(ratio)), 0.0f, float(most)));
+}
+
 NEPHELE_FN float ground_noise(vec2 ground_m, ivec2 origin_index, uint cells, uint salt) {
   return gradient_noise2(lattice_position(ground_m, cells), lattice_base(origin_index, cells), kGroundSeed + salt);
 }
 
 // Fields: a soft Voronoi mosaic whose seams are as wide as the footprint. x: brightness, y: ripeness, both in [-1, 1]
-// with mean 0; z: nearness of a hedge, 1 on the seam.
+// with mean 0; z: nearness of a hedge, 1 on the seam. All 0 where the footprint has outgrown them.
 NEPHELE_FN vec3 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint_m) {
   vec2 p = lattice_position(ground_m, kFieldCells);
   vec2 cell = floor(p);
@@ -36,9 +42,10 @@ NEPHELE_FN vec3 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint
   float second = 9.0f;
   vec2 sum = vec2(0.0f);
   float weights = 0.0f;
-  for (int pass = 0; pass < 2; ++pass) {  // the nearest first: weights relative to it cannot all vanish
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
+  int reach = ground_fade(lattice_cell_m(kFieldCells), footprint_m) > 0.0f ? 1 : -1;
+  for (int pass = 0; pass < 1 + reach; ++pass) {  // the nearest first: weights relative to it cannot all vanish
+    for (int y = -1; y <= reach; ++y) {
+      for (int x = -1; x <= reach; ++x) {
         uint h = noise_mix(((base.x + uint(x)) * kNoiseSpreadX) ^ ((base.y + uint(y)) * kNoiseSpreadY) ^ kGroundSeed);
         float dx = abs(float(x) + 0.1f + 0.8f * float(h & 255u) * (1.0f / 255.0f) - f.x);
         float dy = abs(float(y) + 0.1f + 0.8f * float((h >> 8u) & 255u) * (1.0f / 255.0f) - f.y);
@@ -56,7 +63,7 @@ NEPHELE_FN vec3 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint
   }
   float hedge = kHedgeM / lattice_cell_m(kFieldCells);
   float seam = (1.0f - smoothstep(0.0f, hedge + 2.0f * softness, second - nearest)) * hedge / (hedge + 2.0f * softness);
-  return vec3(sum / weights, seam);
+  return reach > 0 ? vec3(sum / weights, seam) : vec3(0.0f);
 }
 
 // ground_m: place in the world's grid (not the clouds'), relative to origin_index units. footprint_m: the longer side
@@ -74,25 +81,25 @@ NEPHELE_FN vec3 ground_variation(vec2 ground_m, ivec2 origin_index, float footpr
   float lost = 0.02f;
   float gain = 1.0f;
   uint cells = kWoodCells;
-  for (uint i = 0u; i < 6u; ++i) {
+  int octaves = octaves_left(lattice_cell_m(cells), footprint_m, 2.0f, 6);
+  for (int i = 0; i < octaves; ++i) {
     fade = ground_fade(lattice_cell_m(cells), footprint_m);
-    if (fade > 0.0f) wood_noise += gain * fade * ground_noise(ground_m, origin_index, cells, 3u + i);
+    wood_noise += gain * fade * ground_noise(ground_m, origin_index, cells, 3u + uint(i));
     lost += 0.33f * gain * (1.0f - fade);
     gain *= 0.55f;
     cells *= 2u;
   }
+  lost += 0.33f * (gain - 0.0276806f) / 0.45f;  // of the octaves left out: a geometric series up to 0.55^6
   float wood = smoothstep(0.17f - lost, 0.17f + lost, wood_noise - 0.3f * dryness);
 
-  vec3 field = vec3(0.0f);
-  fade = ground_fade(lattice_cell_m(kFieldCells), footprint_m);
-  if (fade > 0.0f) field = fade * ground_fields(ground_m, origin_index, footprint_m);
+  vec3 field = ground_fade(lattice_cell_m(kFieldCells), footprint_m) * ground_fields(ground_m, origin_index, footprint_m);
 
   float tuft = 0.0f;
   cells = kTuftCells;
-  for (uint i = 0u; i < 7u; ++i) {
+  octaves = octaves_left(lattice_cell_m(cells), footprint_m, 3.0f, 7);
+  for (int i = 0; i < octaves; ++i) {
     fade = ground_fade(lattice_cell_m(cells), footprint_m);
-    if (fade <= 0.0f) break;
-    tuft += 0.28f * fade * ground_noise(ground_m, origin_index, cells, 13u + i);
+    tuft += 0.28f * fade * ground_noise(ground_m, origin_index, cells, 13u + uint(i));
     cells *= 3u;
   }
 

@@ -85,8 +85,8 @@ class SkyFrame {
       depth = Image(device_, "cloud_depth", {VK_FORMAT_R32_SFLOAT, width, height});
       color.write(std::as_bytes(std::span(clouds->color)));
       depth.write(std::as_bytes(std::span(clouds->depth_m)));
-      inputs.cloud_color = &color;
-      inputs.cloud_depth = &depth;
+      inputs.layer_color = &color;
+      inputs.layer_depth = &depth;
     }
     FrameBuilder frame(device_);
     if (constants.atmosphere_enabled)
