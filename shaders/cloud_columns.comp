@@ -16,6 +16,39 @@ const uint kStack = kColumnPlaces;  // segments: those of one pixel always fit
 BlendSegment stack[kStack];
 uint row_begin[kScreenTilePx + 1u];  // of each row's segments in the stack
 
+// The list's places whose particles may cover a pixel of this thread's column: words of 32 places, a row after the other in
+// each. Made once, so that the next place is one look at a word; looking at the masks one place after the other took the
+// eight threads half a million rounds a frame, a third of the time.
+const uint kWordPlaces = 32u;
+uint covering[kColumnPlaces / kWordPlaces * kScreenTilePx];
+
+void find_covering(uint column, uvec2 range) {
+  for (uint first = range.x; first < range.y; first += kWordPlaces) {
+    uint words[kScreenTilePx];
+    for (uint r = 0u; r < kScreenTilePx; ++r) words[r] = 0u;
+    const uint count = min(kWordPlaces, range.y - first);
+    for (uint k = 0u; k < count; ++k) {
+      const uint upper = masks[2u * (first + k)] >> column;
+      const uint lower = masks[2u * (first + k) + 1u] >> column;
+      for (uint r = 0u; r < kScreenTilePx; ++r)
+        words[r] |= (((r < 4u ? upper : lower) >> (kScreenTilePx * (r & 3u))) & 1u) << k;
+    }
+    for (uint r = 0u; r < kScreenTilePx; ++r) covering[(first - range.x) / kWordPlaces * kScreenTilePx + r] = words[r];
+  }
+}
+
+// The first place from `at` on that may cover the row's pixel; the range's end when there is none.
+uint next_covering(uint at, uvec2 range, uint row) {
+  uint word = 0u;
+  uint i = (at - range.x) / kWordPlaces;
+  uint keep = 0xffffffffu << ((at - range.x) % kWordPlaces);
+  while (word == 0u && range.x + i * kWordPlaces < range.y) {
+    word = covering[i++ * kScreenTilePx + row] & keep;
+    keep = 0xffffffffu;
+  }
+  return word == 0u ? range.y : range.x + (i - 1u) * kWordPlaces + uint(findLSB(word));
+}
+
 void main() {
   uvec2 tile, range;
   if (!find_tile(tile, range)) return;
@@ -24,6 +57,7 @@ void main() {
   const uvec2 first_pixel = tile * kScreenTilePx + uvec2(column, 0u);
   const uint rows = first_pixel.x < frame.layer_size_px.x ? min(kScreenTilePx, frame.layer_size_px.y - first_pixel.y) : 0u;
   uint shaded = 0u;
+  find_covering(column, range);
   for (uint from_row = 0u; from_row < rows;) {
     // Forward: up to the last row, or to the one whose segments find no room; that one is begun anew afterwards.
     uint row = from_row, place = range.x, count = 0u;
@@ -33,7 +67,7 @@ void main() {
     for (;;) {
       bool has_place = false;
       while (!has_place && row < rows && !full) {
-        place = next_place(place, range.y, uvec2(column, row));
+        place = next_covering(place, range, row);
         // Where the pixel is opaque and a gap follows, the rest cannot change what is in front of it (cloud_tiles.comp).
         has_place = place < range.y && !(depth >= opaque_depth && begins_m[place] >= reach_m);
         if (!has_place) {
