@@ -52,20 +52,19 @@ void main() {
     if (any(greaterThan(light.sun_irradiance, vec3(0.0)))) {
       vec3 points_m[4];
       for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * tetrahedron_corner(j));
-      float depths[4];
-      sun_depths(points_m, self, depths);
+      const SunColumn column = sun_column(points_m, particle.center_m, self);
 
       vec3 slope = vec3(0.0);
       for (uint j = 0u; j < 4u; ++j) {
-        light.tau_sun += 0.25 * depths[j];
-        slope += depths[j] * tetrahedron_corner(j);
+        light.tau_sun += 0.25 * column.depths[j];
+        slope += column.depths[j] * tetrahedron_corner(j);
       }
       slope *= 0.75 / kDepthSampleRadius;
       light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
 
-      const vec2 column = enclosure(particle) * near_column(particle.center_m, self);
-      light.tau_near = min(column.x, light.tau_sun);
-      light.tau_behind = column.y;
+      const float enclosed = enclosure(particle);
+      light.tau_near = min(enclosed * column.near, light.tau_sun);
+      light.tau_behind = enclosed * column.behind;
     }
   }
   lights[slot] = light;
