@@ -17,6 +17,8 @@ layout(set = 0, binding = 3, rgba32f) uniform writeonly image3D haze_shadow;
 
 #include "camera_rays.glsl"
 
+const float kCloudSlackM = 500.0;  // that particles of the field reach beyond base and thickness, by far
+
 void main() {
   uvec2 texel = gl_GlobalInvocationID.xy;
   if (texel.x >= kHazeShadowWidth || texel.y >= kHazeShadowHeight) return;
@@ -33,11 +35,21 @@ void main() {
   float t0 = 0.0;
   float h0 = h;
   AirDensity d0 = air_density(h0);
-  for (uint i = 0u; i < kHazeShadowSteps; ++i) {
+  // A ray ends where it climbs above the clouds, since nothing is shadowed there, and where it is so far under the ground
+  // that the next ray above it has met the ground too: a pixel between the two interpolates.
+  float top_m = frame.listed_particle_count > 0u ? 1.0e30 : frame.base_m + frame.thickness_m + kCloudSlackM;
+  float texel_rad = 1.2 * length(pixel_direction(unit * vec2(frame.image_size_px) + vec2(0.0, float(frame.image_size_px.y) / float(kHazeShadowHeight)),
+                                                 frame.image_size_px) - direction);
+  float sinking = horizon_cosine(h) - mu - texel_rad;
+  float bottom_m = frame.ground_enabled != 0u && sinking > 0.0 ? -h * texel_rad / sinking : -1.0e30;
+  uint i = 0u;
+  bool on = true;
+  for (; on && i < kHazeShadowSteps; ++i) {
     if (i % kHazeShadowStepsPerSlice == 0u) imageStore(haze_shadow, ivec3(texel, i / kHazeShadowStepsPerSlice), vec4(lost, 1.0));
     float t1 = haze_shadow_distance(float(i + 1u) / float(kHazeShadowSteps), frame.view_distance_m);
     float middle = 0.5 * (t0 + t1);
-    float h1 = max(0.0, ray_altitude(h, mu, t1));
+    float way_up_m = ray_altitude(h, mu, t1);
+    float h1 = max(0.0, way_up_m);
     float h_middle = clamp(ray_altitude(h, mu, middle), 0.0, kAtmosphereTopM);
     AirDensity d1 = air_density(h1);
     AirMedium medium = air_medium(h0, d0, h1, d1, h_middle);
@@ -49,9 +61,11 @@ void main() {
               (medium.rayleigh_scattering_per_m * rayleigh + medium.aerosol_scattering_per_m * aerosol) *
               sun_transmittance(transmittance, h_middle, cosine_along_ray(h, mu, middle, frame.sun_direction.z, nu));
     through *= step_transmittance;
+    on = !(h0 > top_m && h1 > h0) && way_up_m > bottom_m;
     t0 = t1;
     h0 = h1;
     d0 = d1;
   }
-  imageStore(haze_shadow, ivec3(texel, kHazeShadowSteps / kHazeShadowStepsPerSlice), vec4(lost, 1.0));
+  const uint reached = (i + kHazeShadowStepsPerSlice - 1u) / kHazeShadowStepsPerSlice;
+  for (uint slice = reached; slice < kHazeShadowDepth; ++slice) imageStore(haze_shadow, ivec3(texel, slice), vec4(lost, 1.0));
 }
