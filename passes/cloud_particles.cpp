@@ -115,6 +115,7 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
 CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, std::span<const ListedParticle> listed,
                                std::uint32_t capacity, const WeatherMap* map)
     : features_kernel_(device, shaders::cloud_features_comp),
+      list_(device, shaders::grid_list_comp),
       cells_(device, shaders::grid_cells_comp),
       show_(device, shaders::grid_show_comp),
       fit_(device, shaders::grid_fit_comp),
@@ -133,6 +134,7 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       scan_(device, std::max(cell_count_, capacity_) + 1),
       weather_map_(device, "weather_map", packed_texels(map).size() * sizeof(std::uint32_t)),
       features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
+      cell_list_(device, "cell_list", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
       cell_clouds_(device, "cell_clouds", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
       cell_counts_(device, "cell_counts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
       cell_first_(device, "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
@@ -156,6 +158,7 @@ CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameCons
   start.particle_demand = listed_count_;
   start.particle_count = std::min(listed_count_, capacity_);
   start.particle_groups = {groups_for(start.particle_count), 1, 1};
+  start.found_cell_groups = {0, 1, 1};
   frame.update("grid_cells", counters_, as_push(start));
   if (constants.clouds_enabled && most_coverage_ > 0.0f) add_grid(frame, constants, buffer, weather);
   if (listed_count_ > 0) add_listed(frame, camera_world_m);
@@ -170,14 +173,23 @@ void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const 
                  .push = push,
                  .groups = {groups_for(feature_count_), 1, 1}});
   frame.compute({.name = "grid_cells",
+                 .kernel = &list_,
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, cell_list_, Access::storage_write},
+                              {2, cell_counts_, Access::storage_write},
+                              {3, counters_, Access::storage_read_write}},
+                 .groups = {groups_for(cell_count_), 1, 1}});
+  frame.compute({.name = "grid_cells",
                  .kernel = &cells_,
                  .bindings = {{0, buffer, Access::uniform},
                               {1, features_, Access::storage_read},
                               {2, cell_clouds_, Access::storage_write},
                               {3, cell_counts_, Access::storage_write},
-                              {4, weather_map_, Access::storage_read}},
+                              {4, weather_map_, Access::storage_read},
+                              {5, cell_list_, Access::storage_read},
+                              {6, counters_, Access::storage_read}},
                  .push = push,
-                 .groups = {groups_for(cell_count_), 1, 1}});
+                 .indirect = {&counters_, offsetof(FrameCounters, found_cell_groups)}});
 }
 
 void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,

@@ -14,12 +14,12 @@ layout(scalar, set = 0, binding = 1) writeonly buffer Features { PackedFeature f
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
-  for (uint lattice = 0u; lattice < kCloudLattices; ++lattice) {
-    const FeatureWindow window = windows[lattice];
-    const uint local = i - window.first;
-    const uint side = uint(window.side);
-    if (i < window.first || local >= side * side) continue;
-    const ivec2 cell = window.corner + ivec2(int(local % side), int(local / side));
-    features[i] = pack_feature(cloud_feature(frame_cloud_params(), lattice, cell));
-  }
+  uint lattice = 0u;
+  for (uint k = 1u; k < kCloudLattices; ++k) lattice += i >= windows[k].first ? 1u : 0u;
+  const FeatureWindow window = windows[lattice];
+  const uint local = i - window.first;
+  const uint side = uint(window.side);
+  if (local >= side * side) return;
+  const ivec2 cell = window.corner + ivec2(int(local % side), int(local / side));
+  features[i] = pack_feature(cloud_feature(frame_cloud_params(), lattice, cell));
 }

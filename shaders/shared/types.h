@@ -125,6 +125,8 @@ struct FrameCounters {
   uint screen_pair_demand;  // (screen tile, particle) pairs of the tiled backend
   uint screen_pair_count;
   uvec3 screen_pair_groups; // indirect dispatch: ceil(screen_pair_count / 64), 1, 1
+  uint found_cell_count;    // cells that may get a weight
+  uvec3 found_cell_groups;  // indirect dispatch: ceil(found_cell_count / 64), 1, 1
   uint rays_cut_short;      // threads of the tiled backend whose loops the driver ended
 };
 

@@ -80,7 +80,7 @@ TEST_CASE("FrameCounters") {
                 MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, pairs_shaded), MEMBER(FrameCounters, thin_groups), MEMBER(FrameCounters, particle_groups),
                 MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw),
                 MEMBER(FrameCounters, screen_pair_demand), MEMBER(FrameCounters, screen_pair_count), MEMBER(FrameCounters, screen_pair_groups),
-                MEMBER(FrameCounters, rays_cut_short)});
+                MEMBER(FrameCounters, found_cell_count), MEMBER(FrameCounters, found_cell_groups), MEMBER(FrameCounters, rays_cut_short)});
 }
 
 TEST_CASE("reflection tells bindings and their direction") {
