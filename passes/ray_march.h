@@ -8,7 +8,7 @@
 #pragma once
 
 #include "lut/gpu_tables.h"
-#include "passes/tile_pairs.h"
+#include "passes/screen_lists.h"
 
 namespace nephele {
 
@@ -27,10 +27,8 @@ class RayMarch {
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  ComputeKernel density_kernel_, tiles_, march_;
-  std::uint32_t columns_, rows_;
-  TilePairs pairs_;
-  Buffer rectangles_, near_m_, order_, pixels_;
+  ComputeKernel density_kernel_, march_;
+  ScreenLists lists_;
   Image density_;
   bool density_ready_ = false;
 };

@@ -12,6 +12,12 @@ struct Push {
   std::uint32_t tile_columns;
 };
 
+// Lavapipe ends loops after 65 535 rounds; an item may cover every tile, and each row takes a round more.
+ComputeKernel emit_kernel(Device& device, std::uint32_t tile_columns, std::uint32_t tile_rows) {
+  const SpecConstant constants[] = {{0, 1 + tile_columns * tile_rows / 32768}};
+  return ComputeKernel(device, shaders::tile_emit_comp, constants);
+}
+
 std::uint32_t word(VkDeviceSize offset_bytes) { return static_cast<std::uint32_t>(offset_bytes / sizeof(std::uint32_t)); }
 
 }  // namespace
@@ -20,7 +26,7 @@ TilePairs::TilePairs(Device& device, const std::string& name, std::uint32_t item
                      std::uint32_t tile_columns, std::uint32_t tile_rows)
     : count_(device, shaders::tile_count_comp),
       args_(device, shaders::tile_args_comp),
-      emit_(device, shaders::tile_emit_comp),
+      emit_(emit_kernel(device, tile_columns, tile_rows)),
       ranges_kernel_(device, shaders::tile_ranges_comp),
       item_capacity_(std::max(item_capacity, 1u)),
       pair_capacity_(std::max(pair_capacity, 1u)),

@@ -12,13 +12,6 @@ using shared::FrameCounters;
 
 namespace {
 
-// Room for pairs: a cloud field has some tens a tile, a few large particles near the camera cover every tile.
-constexpr std::uint32_t kPairsPerTile = 256;
-constexpr std::uint32_t kPairsPerParticle = 8;
-constexpr VkDeviceSize kMinPairs = 1u << 20;
-
-std::uint32_t tiles_across(std::uint32_t pixels) { return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx; }
-
 // Places of its list that one pixel of the exact blend goes through before it merges. Lavapipe ends all loops of eight
 // threads once they have gone round 65 535 times in all, and a place takes a handful of rounds.
 constexpr std::uint32_t kPlacesOnCpu = 2 * shared::kPagePlaces, kPlacesOnGpu = 1u << 20;
@@ -56,12 +49,7 @@ VkDeviceSize paged_tile_bytes(BlendMode mode) {
   return shared::kScreenTilePx * shared::kScreenTilePx * pixel_bytes;
 }
 
-std::uint32_t pair_capacity(const Device& device, BlendMode mode, std::uint32_t tiles, std::uint32_t particles) {
-  const VkDeviceSize all = VkDeviceSize{tiles} * particles;
-  const VkDeviceSize wanted = std::max(VkDeviceSize{kPairsPerTile} * tiles + VkDeviceSize{kPairsPerParticle} * particles, kMinPairs);
-  const VkDeviceSize bytes_per_pair = std::max<VkDeviceSize>(sizeof(glm::uvec2), paged_tile_bytes(mode) / shared::kPagePlaces + 1);
-  return static_cast<std::uint32_t>(std::min({all, wanted, device.info().max_storage_buffer_bytes / bytes_per_pair}));
-}
+VkDeviceSize bytes_per_pair(BlendMode mode) { return std::max<VkDeviceSize>(sizeof(glm::uvec2), paged_tile_bytes(mode) / shared::kPagePlaces + 1); }
 
 }  // namespace
 
@@ -69,51 +57,24 @@ const char* blend_mode_name(BlendMode mode) { return mode == BlendMode::exact ? 
 
 TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
                        std::uint32_t visible_capacity)
-    : tiles_(device, shaders::screen_tiles_comp),
-      masks_kernel_(device, shaders::screen_masks_comp),
+    : masks_kernel_(device, shaders::screen_masks_comp),
       begins_kernel_(device, shaders::screen_begins_comp),
       shade_short_(shade_short_kernel(device, mode)),
       shade_long_(shade_long_kernel(device, mode)),
-      columns_(tiles_across(layer_width)),
-      rows_(tiles_across(layer_height)),
+      lists_(device, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity, bytes_per_pair(mode)),
       short_list_(by_columns(device, mode) ? shared::kColumnPlaces : shared::kShortPlaces),
       pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces : 0),
-      pairs_(device, "screen_tile", visible_capacity, pair_capacity(device, mode, columns_ * rows_, visible_capacity), columns_, rows_),
-      rectangles_(device, "screen_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
-      near_m_(device, "screen_near", VkDeviceSize{visible_capacity} * sizeof(float)),
-      order_(device, "screen_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
-      pixels_(device, "screen_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
-      masks_(device, "screen_masks", VkDeviceSize{pairs_.pair_capacity()} * sizeof(glm::uvec2)),
-      draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, shared::kDrawTexelsPerParticle * shared::kDrawParticlesPerRow,
-                                           (visible_capacity + shared::kDrawParticlesPerRow - 1) / shared::kDrawParticlesPerRow}),
-      begins_m_(device, "screen_begins", VkDeviceSize{pairs_.pair_capacity()} * sizeof(float)),
-      long_tiles_(device, "screen_long_tiles", VkDeviceSize{3 + rows_ + columns_ * rows_} * sizeof(std::uint32_t)),
+      masks_(device, "screen_masks", VkDeviceSize{lists_.pair_capacity()} * sizeof(glm::uvec2)),
+      begins_m_(device, "screen_begins", VkDeviceSize{lists_.pair_capacity()} * sizeof(float)),
+      long_tiles_(device, "screen_long_tiles", VkDeviceSize{3 + lists_.rows() + lists_.columns() * lists_.rows()} * sizeof(std::uint32_t)),
       paged_tiles_(device, "screen_paged_tiles", long_tiles_.bytes()) {
-  NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
   if (pages_ == 0) return;
   shade_page_ = shade_page_kernel(device, mode);
-  paged_pixels_ = Buffer(device, "screen_paged_pixels", (pairs_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
+  paged_pixels_ = Buffer(device, "screen_paged_pixels", (lists_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
 }
 
 void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth) {
-  frame.compute({.name = "screen_tiles",
-                 .kernel = &tiles_,
-                 .bindings = {{0, inputs.frame_constants, Access::uniform},
-                              {1, inputs.draw_particles, Access::storage_read},
-                              {2, inputs.counters, Access::storage_read},
-                              {3, rectangles_, Access::storage_write},
-                              {4, near_m_, Access::storage_write},
-                              {5, order_, Access::storage_write},
-                              {6, pixels_, Access::storage_write},
-                              {7, draw_texels_, Access::storage_write}},
-                 .indirect = {&inputs.counters, offsetof(FrameCounters, visible_groups)}});
-  const TileLists lists = pairs_.add(frame, "screen_tiles", inputs.counters,
-                                     {.item_count = offsetof(FrameCounters, visible_count),
-                                      .item_groups = offsetof(FrameCounters, visible_groups),
-                                      .pair_demand = offsetof(FrameCounters, screen_pair_demand),
-                                      .pair_count = offsetof(FrameCounters, screen_pair_count),
-                                      .pair_groups = offsetof(FrameCounters, screen_pair_groups)},
-                                     order_, rectangles_);
+  const TileLists lists = lists_.add(frame, inputs.frame_constants, inputs.draw_particles, inputs.counters);
   frame.compute({.name = "screen_tiles",
                  .kernel = &masks_kernel_,
                  .bindings = {{0, inputs.frame_constants, Access::uniform},
@@ -121,9 +82,9 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                               {2, inputs.counters, Access::storage_read},
                               {3, lists.tiles, Access::storage_read},
                               {4, lists.list, Access::storage_read},
-                              {5, pixels_, Access::storage_read},
+                              {5, lists_.pixels(), Access::storage_read},
                               {6, masks_, Access::storage_write}},
-                 .push = as_push(columns_),
+                 .push = as_push(lists_.columns()),
                  .indirect = {&inputs.counters, offsetof(FrameCounters, screen_pair_groups)}});
   frame.fill("screen_tiles", long_tiles_, 0);
   frame.fill("screen_tiles", paged_tiles_, 0);
@@ -131,17 +92,17 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                  .kernel = &begins_kernel_,
                  .bindings = {{0, lists.ranges, Access::storage_read},
                               {1, lists.list, Access::storage_read},
-                              {2, near_m_, Access::storage_read},
+                              {2, lists_.near_m(), Access::storage_read},
                               {3, begins_m_, Access::storage_write},
                               {4, long_tiles_, Access::storage_read_write},
                               {5, paged_tiles_, Access::storage_read_write}},
-                 .push = as_push(glm::uvec3(columns_, rows_, short_list_)),
-                 .groups = {(pairs_.tile_count() + 31) / 32, 1, 1}});
+                 .push = as_push(glm::uvec3(lists_.columns(), lists_.rows(), short_list_)),
+                 .groups = {(lists_.columns() * lists_.rows() + 31) / 32, 1, 1}});
   const auto shade_step = [&](const ComputeKernel& kernel, const Buffer& tiles) -> ComputeStep {
     return ComputeStep{.name = "shade_blend",
                      .kernel = &kernel,
                      .bindings = {{0, inputs.frame_constants, Access::uniform},
-                                  {1, draw_texels_, Access::sampled, Sampler::nearest_clamp},
+                                  {1, lists_.draw_texels(), Access::sampled, Sampler::nearest_clamp},
                                   {2, inputs.tables.optical_depth(), Access::sampled},
                                   {3, inputs.tables.multiple_scattering(), Access::sampled},
                                   {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
@@ -158,7 +119,7 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
   };
   ComputeStep every_tile = shade_step(shade_short_, long_tiles_);
   every_tile.indirect = {};
-  every_tile.groups = {columns_, rows_, 1};
+  every_tile.groups = {lists_.columns(), lists_.rows(), 1};
   frame.compute(std::move(every_tile));
   frame.compute(shade_step(shade_long_, long_tiles_));
   for (std::uint32_t page = 0; page < pages_; ++page) {

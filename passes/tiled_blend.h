@@ -8,7 +8,7 @@
 #pragma once
 
 #include "lut/gpu_tables.h"
-#include "passes/tile_pairs.h"
+#include "passes/screen_lists.h"
 
 namespace nephele {
 
@@ -36,12 +36,10 @@ class TiledBlend {
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  ComputeKernel tiles_, masks_kernel_, begins_kernel_, shade_short_, shade_long_, shade_page_;
-  std::uint32_t columns_, rows_, short_list_, pages_;
-  TilePairs pairs_;
-  Buffer rectangles_, near_m_, order_, pixels_, masks_;
-  Image draw_texels_;
-  Buffer begins_m_, long_tiles_, paged_tiles_, paged_pixels_;
+  ComputeKernel masks_kernel_, begins_kernel_, shade_short_, shade_long_, shade_page_;
+  ScreenLists lists_;
+  std::uint32_t short_list_, pages_;
+  Buffer masks_, begins_m_, long_tiles_, paged_tiles_, paged_pixels_;
 };
 
 }  // namespace nephele

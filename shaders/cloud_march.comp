@@ -32,6 +32,7 @@ layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    //
 layout(scalar, set = 0, binding = 11) readonly buffer Pixels { uvec2 pixels[]; };  // that the particle may cover
 
 #include "camera_rays.glsl"
+#include "driver_limit.glsl"
 #include "tables.glsl"
 
 // kSteps is how many steps take a ray through eight particles in a row; they grow with the particles, which double in
@@ -242,4 +243,5 @@ void main() {
   imageStore(layer_color, ivec2(pixel), vec4(radiance, transmittance));
   imageStore(layer_depth, ivec2(pixel), vec4(first_m < kNoMatterM ? first_m : uintBitsToFloat(0x7f800000u)));
   if (lookups > 0u) atomicAdd(counters.pairs_shaded, lookups);
+  if (loops_were_ended(1u + frame.scale)) atomicAdd(counters.rays_cut_short, 1u);
 }

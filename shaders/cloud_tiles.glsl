@@ -22,6 +22,7 @@ layout(scalar, set = 0, binding = 13) readonly buffer Masks { uint masks[]; };  
 
 #include "cloud_shade.glsl"
 #include "draw_texels.glsl"
+#include "driver_limit.glsl"
 
 bool place_covers(uint place, uvec2 in_tile) {
   return ((masks[2u * place + (in_tile.y >> 2u)] >> (kScreenTilePx * (in_tile.y & 3u) + in_tile.x)) & 1u) != 0u;
@@ -48,14 +49,11 @@ bool find_tile(out uvec2 tile, out uvec2 range) {
   return kListed || range.y - range.x <= kShortList;
 }
 
-// To be called last, with the (pixel, particle) pairs that this thread has shaded. Lavapipe ends all loops of eight threads
-// once they have gone round 65 535 times in all; from then on none goes round twice. Lists are cut into pages so that
-// this does not happen; should it happen, it is counted.
+// To be called last, with the (pixel, particle) pairs that this thread has shaded. Lists are cut into pages so that the
+// driver's limit is not reached; should it be, it is counted.
 void count_work(uint shaded) {
   if (shaded > 0u) atomicAdd(counters.pairs_shaded, shaded);
-  uint rounds = 0u;
-  while (rounds < 1u + frame.scale) ++rounds;
-  if (rounds < 2u) atomicAdd(counters.rays_cut_short, 1u);
+  if (loops_were_ended(1u + frame.scale)) atomicAdd(counters.rays_cut_short, 1u);
 }
 
 // The metres to the first matter as the layer holds them: +inf without.

@@ -7,6 +7,7 @@
 #include "shared/types.h"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool kWhole = false;  // with the rim that shading's detail erodes
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) readonly buffer DrawParticles { DrawParticle draw_particles[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
@@ -24,7 +25,7 @@ void main() {
   store_draw_particle(i, draw_particles[i]);
   const vec3 center_m = draw_particles[i].center_m;
   const mat3 render_from_reference = inverse(draw_particles[i].reference_from_render);
-  const float shown = shown_radius((draw_particles[i].flags & kParticleDetail) != 0u, draw_particles[i].reference_from_render * center_m);
+  const float shown = kWhole ? 1.0 : shown_radius((draw_particles[i].flags & kParticleDetail) != 0u, draw_particles[i].reference_from_render * center_m);
   const uvec2 covered = screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px);
   pixels[i] = covered;
   rectangles[i] = tiles_of_pixels(covered);

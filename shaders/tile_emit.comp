@@ -1,12 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_control_flow_attributes : require
 #include "shared/tile_rectangle.h"
 #include "tile_push.glsl"
 
 // Tile lists, part 3: one (tile, item) pair for every tile an item covers, in the lists' order. Pairs beyond the
 // capacity, those of the last items, are counted and left out.
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint kColumnsARound = 1u;  // more where an item may cover more tiles than lavapipe goes rounds
 
 layout(scalar, set = 0, binding = 0) readonly buffer Counters { uint counters[]; };
 layout(scalar, set = 0, binding = 1) readonly buffer Order { uint order[]; };
@@ -23,8 +25,10 @@ void main() {
   const uvec2 low = rectangle_low(rectangle), high = rectangle_high(rectangle);
   uint place = places[rank];
   for (uint y = low.y; y < high.y; ++y)
-    for (uint x = low.x; x < high.x && place < pair_capacity; ++x, ++place) {
-      keys[place] = y * tile_columns + x;
-      values[place] = item;
-    }
+    for (uint x = low.x; x < high.x; x += kColumnsARound)
+      [[unroll]] for (uint k = 0u; k < kColumnsARound; ++k)
+        if (x + k < high.x && place < pair_capacity) {
+          keys[place] = y * tile_columns + x + k;
+          values[place++] = item;
+        }
 }

@@ -40,7 +40,7 @@ std::vector<Item> any_items(std::uint32_t count, std::uint32_t seed) {
 }
 
 // Item i stands at place count - 1 - i of the order.
-Built build(const std::vector<Item>& items, std::uint32_t pair_capacity) {
+Built build(const std::vector<Item>& items, std::uint32_t pair_capacity, std::uint32_t columns = kColumns, std::uint32_t rows = kRows) {
   Device& device = test_device();
   const std::uint32_t count = static_cast<std::uint32_t>(items.size());
   std::vector<glm::uvec2> rectangle_values;
@@ -53,7 +53,7 @@ Built build(const std::vector<Item>& items, std::uint32_t pair_capacity) {
   rectangles.write_vector(rectangle_values);
   order.write_vector(order_values);
   counters.write_vector(std::vector{Counters{count, 0, 0, {(count + 63) / 64, 1, 1}, {}}});
-  TilePairs pairs(device, "test_tile", count, pair_capacity, kColumns, kRows);
+  TilePairs pairs(device, "test_tile", count, pair_capacity, columns, rows);
   FrameBuilder frame(device);
   const TileLists lists = pairs.add(frame, "tile_pairs", counters,
                                     {offsetof(Counters, item_count), offsetof(Counters, item_groups), offsetof(Counters, demand),
@@ -62,7 +62,7 @@ Built build(const std::vector<Item>& items, std::uint32_t pair_capacity) {
   FrameExecutor(device).run(frame);
   Built built{counters.read_vector<Counters>(1)[0], {}};
   const auto list = lists.list.read_vector<std::uint32_t>(built.counters.pair_count);
-  for (const glm::uvec2 range : lists.ranges.read_vector<glm::uvec2>(kColumns * kRows)) {
+  for (const glm::uvec2 range : lists.ranges.read_vector<glm::uvec2>(columns * rows)) {
     REQUIRE(range.y <= list.size());
     built.lists.emplace_back(list.begin() + range.x, list.begin() + range.y);
   }
@@ -70,13 +70,14 @@ Built build(const std::vector<Item>& items, std::uint32_t pair_capacity) {
 }
 
 // The same on the CPU: the first pair_capacity pairs, item by item in the order, row by row.
-std::vector<std::vector<std::uint32_t>> expected(const std::vector<Item>& items, std::uint32_t pair_capacity) {
-  std::vector<std::vector<std::uint32_t>> lists(kColumns * kRows);
+std::vector<std::vector<std::uint32_t>> expected(const std::vector<Item>& items, std::uint32_t pair_capacity, std::uint32_t columns = kColumns,
+                                                 std::uint32_t rows = kRows) {
+  std::vector<std::vector<std::uint32_t>> lists(columns * rows);
   std::uint32_t pairs = 0;
   for (std::uint32_t item = static_cast<std::uint32_t>(items.size()); item-- > 0;)
     for (std::uint32_t y = items[item].low.y; y < items[item].past.y; ++y)
       for (std::uint32_t x = items[item].low.x; x < items[item].past.x; ++x)
-        if (pairs++ < pair_capacity) lists[y * kColumns + x].push_back(item);
+        if (pairs++ < pair_capacity) lists[y * columns + x].push_back(item);
   return lists;
 }
 
@@ -100,6 +101,15 @@ TEST_CASE("pairs without room are counted; those of the last items are left out,
     CHECK(built.counters.pair_groups == glm::uvec3((built.counters.pair_count + 63) / 64, 1, 1));
     CHECK(built.lists == expected(items, capacity));
   }
+}
+
+// Lavapipe ends loops after 65 535 rounds: as many tiles as an image of 3 840 x 2 160 has are twice that.
+TEST_CASE("an item may cover every tile of a large image") {
+  constexpr std::uint32_t kWide = 480, kHigh = 270, kAll = kWide * kHigh;
+  const std::vector<Item> items = {{{3, 5}, {4, 6}}, {{0, 0}, {kWide, kHigh}}, {{7, 0}, {kWide - 2, kHigh}}};
+  const Built built = build(items, 3 * kAll, kWide, kHigh);
+  CHECK(built.counters.pair_count == built.counters.demand);
+  CHECK(built.lists == expected(items, 3 * kAll, kWide, kHigh));
 }
 
 // Lavapipe drops writes past a buffer's end, so this one goes on behind the room that the shader is told of.
