@@ -5,8 +5,10 @@
 #include <algorithm>
 
 #include "passes/haze_shadow.h"
+#include "passes/nephele.h"
 #include "shared/haze_shadow.h"
 #include "tests/support/sky_frame.h"
+#include "tests/support/test_tables.h"
 
 using namespace nephele;
 using namespace nephele::shared;
@@ -30,7 +32,8 @@ Image uniform_shadow(Device& device, float opacity, float height_m) {
 
 TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
   Device& device = test::test_device();
-  const FrameConstants constants = test::sky_constants({.altitude_m = 1500, .yaw_deg = 60, .pitch_deg = 5, .sun_elevation_deg = 25});
+  FrameConstants constants = test::sky_constants({.altitude_m = 1500, .yaw_deg = 60, .pitch_deg = 5, .sun_elevation_deg = 25, .ground = false});
+  constants.base_m = 90000.0f;  // so that no ray ends above the clouds, and without a ground none ends there
   Buffer buffer(device, "constants", sizeof constants);
   buffer.write(std::as_bytes(std::span(&constants, 1)));
   const Image shadow = uniform_shadow(device, 1.0f, 90000.0f);  // above everything within reach
@@ -65,6 +68,37 @@ TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
       const vec3 got = haze_shadow_lookup(lost, place, distance_m, constants.view_distance_m);
       CAPTURE(distance_m);
       for (int c = 0; c < 3; ++c) CHECK(got[c] == doctest::Approx(wanted[c]).epsilon(0.03));  // 48 steps, 25 slices
+    }
+  }
+}
+
+TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
+  Scene scene;
+  scene.clouds->coverage = 0.6f;
+  scene.clouds->view_distance_m = 30000.0f;
+  scene.sun.elevation_rad = 0.3;
+  Scene anywhere = scene;  // a listed particle may be at any height, so every ray goes on to its end; this one nobody sees
+  anywhere.particles.push_back({.center_m = {0.0, 0.0, 60000.0}, .radius_m = glm::vec3(0.01f), .density = 1e-6f});
+  for (const double pitch_rad : {-0.3, 0.1, 0.6}) {
+    for (const double altitude_m : {300.0, 6000.0}) {
+      CAPTURE(pitch_rad);
+      CAPTURE(altitude_m);
+      scene.camera.position_m.z = altitude_m;
+      scene.camera.pitch_rad = pitch_rad;
+      std::vector<float> pictures[2];
+      for (const Scene* of : {&scene, &anywhere}) {
+        auto renderer = Renderer::create(test::test_device(), test::test_tables(), *of, {.width = 96, .height = 54, .quality = Quality::low});
+        REQUIRE_MESSAGE(renderer, renderer.error().message);
+        (*renderer)->render(scene.camera, 0.0);
+        pictures[of == &anywhere] = (*renderer)->read_hdr();
+      }
+      double sum = 0.0, worst = 0.0;
+      for (std::size_t i = 0; i < pictures[0].size(); i += 4)
+        for (std::size_t c = 0; c < 3; ++c) {
+          sum += pictures[1][i + c];
+          worst = std::max<double>(worst, std::abs(pictures[0][i + c] - pictures[1][i + c]));
+        }
+      CHECK(worst < 0.005 * sum / (3.0 * 96 * 54));  // pixels between a ray that sinks into the ground and one that does not
     }
   }
 }
