@@ -26,7 +26,7 @@ AtmospherePass::AtmospherePass(Device& device)
       aerial_(device, shaders::atmosphere_aerial_comp),
       tables_{.transmittance = table(device, "transmittance", kTransmittanceWidth, kTransmittanceHeight),
               .multi_scattering = table(device, "multi_scattering", kMultiScatteringWidth, kMultiScatteringHeight),
-              .sky_irradiance = table(device, "sky_irradiance", kSkyIrradianceWidth, 2 * kSkyIrradianceHeight),
+              .sky_irradiance = table(device, "sky_irradiance", kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight),
               .sky_smooth = table(device, "sky_smooth", kSkyViewWidth, kSkyViewHeight),
               .sky_aerosol = table(device, "sky_aerosol", kSkyViewWidth, kSkyViewHeight),
               .view_transmittance = table(device, "view_transmittance", 1, kSkyViewHeight),

@@ -18,7 +18,7 @@ namespace nephele {
 struct AtmosphereTables {
   Image transmittance;         // to the top of the atmosphere: (way to the top, altitude)
   Image multi_scattering;      // mean radiance scattered more than once: (sun's height, altitude)
-  Image sky_irradiance;        // of horizontal surfaces: (sun's height, altitude from above | altitude from below)
+  Image sky_irradiance;        // and mean radiance: (sun's height, altitude: four blocks, kSkyIrradianceBlocks)
   Image sky_smooth;            // whole rays from the camera: (azimuth from the sun, elevation above | below the horizon)
   Image sky_aerosol;           // the same, aerosol's single scattering before its phase function
   Image view_transmittance;    // of those rays: (1, elevation)

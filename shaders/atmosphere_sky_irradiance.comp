@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Irradiance from the sky and from below, for every altitude and height of the sun.
+// Irradiance and mean radiance of the sky and from below, for every altitude and height of the sun.
 #include "shared/atmosphere_tables.h"
 
 layout(local_size_x = 8, local_size_y = 4) in;
@@ -12,6 +12,6 @@ layout(push_constant, scalar) uniform Push { vec3 ground_albedo; };
 
 void main() {
   uvec2 texel = gl_GlobalInvocationID.xy;
-  if (texel.x >= kSkyIrradianceWidth || texel.y >= 2u * kSkyIrradianceHeight) return;
+  if (texel.x >= kSkyIrradianceWidth || texel.y >= kSkyIrradianceBlocks * kSkyIrradianceHeight) return;
   imageStore(table, ivec2(texel), vec4(sky_irradiance_texel(transmittance, multi_scattering, texel, ground_albedo), 1.0));
 }

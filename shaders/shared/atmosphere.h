@@ -194,7 +194,8 @@ NEPHELE_FN void transmittance_from_unit(vec2 unit, NEPHELE_OUT(float) h_m, NEPHE
 NEPHELE_CONST(uint, kMultiScatteringWidth, 65u);   // odd: one column is the horizon itself
 NEPHELE_CONST(uint, kMultiScatteringHeight, 32u);
 NEPHELE_CONST(uint, kSkyIrradianceWidth, 65u);
-NEPHELE_CONST(uint, kSkyIrradianceHeight, 24u);    // rows each for light from above and from below
+NEPHELE_CONST(uint, kSkyIrradianceHeight, 24u);    // rows of one block
+NEPHELE_CONST(uint, kSkyIrradianceBlocks, 4u);     // irradiance from above, from below; mean radiance above, below
 NEPHELE_CONST(float, kSkyIrradianceTopM, 40000.0f);
 
 NEPHELE_FN float unit_from_sun_cosine(float mu) { return 0.5f + (mu < 0.0f ? -0.5f : 0.5f) * sqrt(min(1.0f, abs(mu))); }

@@ -221,19 +221,23 @@ NEPHELE_FN vec3 multi_scattering_texel(Table2D transmittance, uvec2 texel, vec3 
   return second / directions / (1.0f - again / directions);
 }
 
-// --- Sky irradiance: what a horizontal surface receives from the air and the ground, without the sun itself ---
+// --- Sky irradiance: what a horizontal surface receives from the air and the ground, without the sun itself; and the
+// mean radiance of the same half of the directions, which counts the bright, pale horizon in full ---
 
 NEPHELE_CONST(uint, kIrradiancePolar, 8u);
 NEPHELE_CONST(uint, kIrradianceAzimuths, 8u);
 NEPHELE_CONST(uint, kIrradianceSteps, 12u);
 
-NEPHELE_FN vec3 hemisphere_irradiance(Table2D transmittance, Table2D multi_scattering, float h, float sun_mu, bool below,
-                                      vec3 ground_albedo, vec3 ground_sky_irradiance) {
+// mean: the mean radiance, else the irradiance.
+NEPHELE_FN vec3 hemisphere_light(Table2D transmittance, Table2D multi_scattering, float h, float sun_mu, bool below, bool mean,
+                                 vec3 ground_albedo, vec3 ground_sky_irradiance) {
   float sun_sine = sqrt(max(0.0f, 1.0f - sun_mu * sun_mu));
   float horizon_mu = horizon_cosine(h);
   vec3 sum = vec3(0.0f);
   for (uint i = 0u; i < kIrradiancePolar; ++i) {
-    float mu = sqrt((float(i) + 0.5f) / float(kIrradiancePolar));  // equal shares of cosine-weighted solid angle
+    float x = (float(i) + 0.5f) / float(kIrradiancePolar);
+    float mu = mean ? x * x : sqrt(x);         // densest at the horizon; equal shares of cosine-weighted solid angle
+    float weight = mean ? 2.0f * x : kPi;
     float sine = sqrt(1.0f - mu * mu);
     mu = below ? -mu : mu;
     bool ground = mu < horizon_mu;
@@ -245,42 +249,51 @@ NEPHELE_FN vec3 hemisphere_irradiance(Table2D transmittance, Table2D multi_scatt
       ray.sun_cos_zenith = sun_mu;
       ray.sun_cos_view = mu * sun_mu + sine * sun_sine * cos(kPi * (float(j) + 0.5f) / float(kIrradianceAzimuths));
       ViewMarch march = march_segment(transmittance, multi_scattering, ray, segment, kIrradianceSteps);
-      sum += march.smooth_light + march.aerosol_light * aerosol_phase(ray.sun_cos_view);
+      sum += weight * (march.smooth_light + march.aerosol_light * aerosol_phase(ray.sun_cos_view));
       if (ground) {
         float ground_mu = cosine_along_ray(h, mu, segment.far_m, sun_mu, ray.sun_cos_view);
         vec3 irradiance = sun_transmittance(transmittance, 0.0f, ground_mu) * max(0.0f, ground_mu) + ground_sky_irradiance;
-        sum += march.transmittance * irradiance * ground_albedo * (1.0f / kPi);
+        sum += weight * march.transmittance * irradiance * ground_albedo * (1.0f / kPi);
       }
     }
   }
-  return sum * (kPi / float(kIrradiancePolar * kIrradianceAzimuths));
+  return sum / float(kIrradiancePolar * kIrradianceAzimuths);
 }
 
-// Rows [0, height): from above; rows [height, 2 height): from below.
+// Blocks of rows: irradiance from above, from below, mean radiance above, below.
 NEPHELE_FN vec3 sky_irradiance_texel(Table2D transmittance, Table2D multi_scattering, uvec2 texel, vec3 ground_albedo) {
-  bool below = texel.y >= kSkyIrradianceHeight;
-  uint row = below ? texel.y - kSkyIrradianceHeight : texel.y;
+  uint block = texel.y / kSkyIrradianceHeight;
+  bool below = (block & 1u) != 0u;
+  uint row = texel.y - block * kSkyIrradianceHeight;
   float sun_mu = sun_cosine_from_unit(unit_from_index(texel.x, kSkyIrradianceWidth));
   float h = altitude_from_unit(unit_from_index(row, kSkyIrradianceHeight), kSkyIrradianceTopM);
   vec3 on_ground = vec3(0.0f);
   if (below)
-    on_ground = hemisphere_irradiance(transmittance, multi_scattering, 0.0f, sun_mu, false, ground_albedo, on_ground);
-  return hemisphere_irradiance(transmittance, multi_scattering, h, sun_mu, below, ground_albedo, on_ground);
+    on_ground = hemisphere_light(transmittance, multi_scattering, 0.0f, sun_mu, false, false, ground_albedo, on_ground);
+  return hemisphere_light(transmittance, multi_scattering, h, sun_mu, below, block >= 2u, ground_albedo, on_ground);
 }
 
-NEPHELE_FN vec3 sky_irradiance_lookup(Table2D sky_irradiance, float altitude_m, float sun_cos_zenith, bool below) {
+NEPHELE_FN vec3 sky_irradiance_lookup(Table2D sky_irradiance, float altitude_m, float sun_cos_zenith, uint block) {
   float rows = float(kSkyIrradianceHeight);
-  float row = unit_from_altitude(altitude_m, kSkyIrradianceTopM) * (rows - 1.0f) + (below ? rows : 0.0f);
+  float row = unit_from_altitude(altitude_m, kSkyIrradianceTopM) * (rows - 1.0f) + float(block) * rows;
   float x = texel_from_unit(unit_from_sun_cosine(sun_cos_zenith), float(kSkyIrradianceWidth));
-  return table_rgb(sample_table(sky_irradiance, vec2(x, (row + 0.5f) / (2.0f * rows))));
+  return table_rgb(sample_table(sky_irradiance, vec2(x, (row + 0.5f) / (float(kSkyIrradianceBlocks) * rows))));
 }
 
 // Irradiance of a horizontal surface facing up / facing down at an altitude, per unit of the sun's.
 NEPHELE_FN vec3 sky_irradiance_from_above(Table2D sky_irradiance, float altitude_m, float sun_cos_zenith) {
-  return sky_irradiance_lookup(sky_irradiance, altitude_m, sun_cos_zenith, false);
+  return sky_irradiance_lookup(sky_irradiance, altitude_m, sun_cos_zenith, 0u);
 }
 NEPHELE_FN vec3 sky_irradiance_from_below(Table2D sky_irradiance, float altitude_m, float sun_cos_zenith) {
-  return sky_irradiance_lookup(sky_irradiance, altitude_m, sun_cos_zenith, true);
+  return sky_irradiance_lookup(sky_irradiance, altitude_m, sun_cos_zenith, 1u);
+}
+
+// Mean radiance of all directions above / below the horizontal, per unit of the sun's irradiance.
+NEPHELE_FN vec3 mean_radiance_above(Table2D sky_irradiance, float altitude_m, float sun_cos_zenith) {
+  return sky_irradiance_lookup(sky_irradiance, altitude_m, sun_cos_zenith, 2u);
+}
+NEPHELE_FN vec3 mean_radiance_below(Table2D sky_irradiance, float altitude_m, float sun_cos_zenith) {
+  return sky_irradiance_lookup(sky_irradiance, altitude_m, sun_cos_zenith, 3u);
 }
 
 // --- Sky view: the whole ray, to space or to the ground, from the camera's altitude ---

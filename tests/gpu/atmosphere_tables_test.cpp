@@ -75,7 +75,7 @@ TEST_CASE("the atmosphere's tables agree with the CPU") {
         for (std::uint32_t x = 0; x < kMultiScatteringWidth; x += 3)
           b.add(multi_scattering.values[y * kMultiScatteringWidth + x],
                 multi_scattering_texel(transmittance.table, uvec2(x, y), constants.ground_albedo));
-      for (std::uint32_t y = 0; y < 2 * kSkyIrradianceHeight; y += 5)
+      for (std::uint32_t y = 0; y < kSkyIrradianceBlocks * kSkyIrradianceHeight; y += 5)
         for (std::uint32_t x = 0; x < kSkyIrradianceWidth; x += 7)
           c.add(sky_irradiance.values[y * kSkyIrradianceWidth + x],
                 sky_irradiance_texel(transmittance.table, multi_scattering.table, uvec2(x, y), constants.ground_albedo));

@@ -86,6 +86,37 @@ TEST_CASE("sky light on the ground against Monte Carlo of all orders") {
   }
 }
 
+TEST_CASE("mean radiance above and below against fine quadrature, with the horizon in it") {
+  const AtmosphereOnCpu& air = atmosphere_on_cpu();
+  for (const float deg : {40.0f, 8.0f})
+    for (const bool below : {false, true}) {
+      const float h = 1500.0f, sun = deg * kDegree, horizon = horizon_cosine(h);
+      const vec3 ground = air.ground_albedo / kPi * (sun_transmittance(air.transmittance, 0.0f, std::sin(sun)) * std::sin(sun) +
+                                                     sky_irradiance_from_above(air.sky_irradiance, 0.0f, std::sin(sun)));
+      dvec3 mean(0.0), cosine_weighted(0.0);
+      const int rings = 120, sectors = 24;
+      for (int i = 0; i < rings; ++i)
+        for (int j = 0; j < sectors; ++j) {
+          const float mu = (below ? -1.0f : 1.0f) * (float(i) + 0.5f) / rings, azimuth = kPi * (float(j) + 0.5f) / sectors;
+          const bool hits = mu < horizon;
+          const Look seen = look(air, h, mu, azimuth, sun, hits);
+          const dvec3 radiance(seen.light + (hits ? seen.march.transmittance * ground : vec3(0.0f)));
+          mean += radiance / double(rings * sectors);
+          cosine_weighted += radiance * (2.0 * std::abs(mu) / (rings * sectors));
+        }
+      const vec3 got = below ? mean_radiance_below(air.sky_irradiance, h, std::sin(sun))
+                             : mean_radiance_above(air.sky_irradiance, h, std::sin(sun));
+      for (int channel = 0; channel < 3; ++channel) {
+        CAPTURE(deg);
+        CAPTURE(below);
+        CAPTURE(channel);
+        // 64 directions, half a table cell's curvature in altitude and in the sun's height.
+        CHECK(double{got[channel]} == doctest::Approx(mean[channel]).epsilon(0.03));
+        CHECK(mean[channel] > 1.05 * cosine_weighted[channel]);  // what the horizon adds
+      }
+    }
+}
+
 TEST_CASE("the clear sky gives a tenth of the sun's light and the ground less") {
   const AtmosphereOnCpu& air = atmosphere_on_cpu();
   for (const float deg : {30.0f, 45.0f, 60.0f}) {

@@ -23,7 +23,7 @@ const AtmosphereOnCpu& atmosphere_on_cpu() {
     a.multi_scattering = fill(a.multi_scattering_texels, kMultiScatteringWidth, kMultiScatteringHeight, [&](uvec2 at) {
       return multi_scattering_texel(a.transmittance, at, a.ground_albedo);
     });
-    a.sky_irradiance = fill(a.sky_irradiance_texels, kSkyIrradianceWidth, 2 * kSkyIrradianceHeight, [&](uvec2 at) {
+    a.sky_irradiance = fill(a.sky_irradiance_texels, kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight, [&](uvec2 at) {
       return sky_irradiance_texel(a.transmittance, a.multi_scattering, at, a.ground_albedo);
     });
     return a;
