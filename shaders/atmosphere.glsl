@@ -13,14 +13,14 @@ vec3 sun_irradiance_at(sampler2D transmittance, FrameConstants frame, float alti
   return frame.sun_irradiance * sun_transmittance(transmittance, altitude_m, sun_cos_zenith);
 }
 
-// Irradiance of a horizontal surface from the sky above it and from air and ground below it.
-void sky_irradiance_at(sampler2D sky_irradiance, FrameConstants frame, float altitude_m, float sun_cos_zenith,
-                       out vec3 from_above, out vec3 from_below) {
-  from_above = vec3(0.0);
-  from_below = vec3(0.0);
+// Mean radiance of the sky above a place and of air and ground below it.
+void mean_radiance_at(sampler2D sky_irradiance, FrameConstants frame, float altitude_m, float sun_cos_zenith,
+                      out vec3 above, out vec3 below) {
+  above = vec3(0.0);
+  below = vec3(0.0);
   if (frame.atmosphere_enabled == 0u) return;
-  from_above = frame.sun_irradiance * sky_irradiance_from_above(sky_irradiance, altitude_m, sun_cos_zenith);
-  from_below = frame.sun_irradiance * sky_irradiance_from_below(sky_irradiance, altitude_m, sun_cos_zenith);
+  above = frame.sun_irradiance * mean_radiance_above(sky_irradiance, altitude_m, sun_cos_zenith);
+  below = frame.sun_irradiance * mean_radiance_below(sky_irradiance, altitude_m, sun_cos_zenith);
 }
 
 // Cosine of the sun's zenith angle at a point of render space.

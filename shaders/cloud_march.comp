@@ -51,6 +51,7 @@ struct Candidate {
   float sun_radius_m;        // of the ellipsoid along the sun's rays
   float tau_begin, tau_per_m, tau_mean;  // towards the sun through the others: linear along the ray
   float near_share, tau_rest;            // of that, in the cloud around; depth of the rest of that cloud
+  float outward;             // as in DrawParticle
   float multiple_per_sr;     // light scattered more often inside, per irradiance
   vec3 sun_irradiance;
   vec3 ambient;              // radiance of sky and ground in it, or its own
@@ -63,6 +64,7 @@ void light_candidate(uint particle, vec3 direction, vec3 closest, float half_cho
   c.tau_mean = 0.0;
   c.near_share = 0.0;
   c.tau_rest = 0.0;
+  c.outward = 0.0;
   c.ambient = draw_particles[particle].radiance_per_sr;
   if ((draw_particles[particle].flags & kParticleEmissive) != 0u) return;
 
@@ -82,9 +84,10 @@ void light_candidate(uint particle, vec3 direction, vec3 closest, float half_cho
   c.multiple_per_sr = fetch_multiple(multiple_table, dot(entry, draw_particles[particle].light_direction), h, dot(draw_particles[particle].light_direction, -normalize(c.step)), sigma, frame.phase_g) /
                       max(opacity_of(2.0 * h * sigma), 1e-3);
 
-  const float altitude = altitude_m(direction * (0.5 * (c.near_m + c.far_m)), frame.camera_grid_m.z);
-  const float fill = 0.3 * frame.extinction_per_m;
-  const float above = ambient_share_above(fill * max(draw_particles[particle].top_m - altitude, 0.0), fill * max(altitude - draw_particles[particle].base_m, 0.0), frame.phase_g);
+  c.outward = draw_particles[particle].outward;
+
+  const float height_m = 0.5 * (c.near_m + c.far_m) * direction.z - draw_particles[particle].center_m.z;
+  const float above = ambient_share_above(draw_particles[particle].sky_share + draw_particles[particle].sky_share_per_m * height_m, direction.z);
   c.ambient = mix(draw_particles[particle].sky_down_radiance, draw_particles[particle].sky_up_radiance, above);
 }
 
@@ -110,7 +113,7 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
 // What a place of the ray adds up to.
 struct Sample {
   float extinction_per_m, lit_per_m;          // of all, of those that the sun lights
-  float tau, tau_near, tau_rest, tau_inside, multiple_per_sr;  // weighted by lit extinction
+  float tau, tau_near, tau_rest, tau_inside, outward, multiple_per_sr;  // weighted by lit extinction
   vec3 sun_irradiance, ambient;
   bool matter;
 };
@@ -134,6 +137,7 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   s.tau += w * tau;
   s.tau_near += w * c.near_share * tau;
   s.tau_rest += w * c.tau_rest;
+  s.outward += w * c.outward;
   // The particle's own depth from here towards the sun, by its mean profile.
   const float along = dot(p, c.to_sun), h2 = max(1.0 - dot(p, p) + along * along, 0.0);
   const uint flags = c.homogeneous ? kParticleHomogeneous : 0u;
@@ -147,7 +151,7 @@ vec3 source_radiance(Sample s, float mu) {
     const float g = frame.phase_g, tau = s.tau / s.lit_per_m, tau_self = s.tau_inside / s.lit_per_m, tau_near = s.tau_near / s.lit_per_m;
     const float sun = phase_per_sr(frame.phase_function, mu, g) * exp(-tau - tau_self) +
                       kAgainShare * s.multiple_per_sr / s.lit_per_m * exp(-(1.0 - g) * tau) +
-                      light_from_around(mu, g, tau + tau_self, tau_near + tau_self, tau_near + s.tau_rest / s.lit_per_m);
+                      light_from_around(mu, g, tau + tau_self, tau_near + tau_self, tau_near + s.tau_rest / s.lit_per_m, s.outward / s.lit_per_m);
     radiance += s.sun_irradiance / s.extinction_per_m * sun;
   }
   return radiance;
@@ -223,7 +227,7 @@ void main() {
     end_m = max(min(end_m, limit_m), t + max(1e-6, 2e-7 * t));  // never without moving on
     const float at_m = mix(t, end_m, jitter);
     const float altitude = altitude_m(direction * at_m, frame.camera_grid_m.z);
-    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), false);
+    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), false);
     for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, s);
     lookups += open_count;
     // What has begun without finding a slot is met anew at every sample: slow, and complete.

@@ -92,12 +92,10 @@ vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, flo
   // More often, in the cloud around.
   float tau_self = -log(clamp(self, 1e-4, 1.0));
   float around = light_from_around(mu, frame.phase_g, tau_sun + tau_self, tau_near + tau_self,
-                                   tau_near + p.tau_behind + kMeanChord * p.optical_radius);
+                                   tau_near + p.tau_behind + kMeanChord * p.optical_radius, p.outward);
 
   // Sky and ground.
-  float altitude = altitude_m(place, frame.camera_grid_m.z);
-  float fill = 0.3 * frame.extinction_per_m;
-  float above = ambient_share_above(fill * max(p.top_m - altitude, 0.0), fill * max(altitude - p.base_m, 0.0), frame.phase_g);
+  float above = ambient_share_above(p.sky_share + p.sky_share_per_m * (place.z - p.center_m.z), direction.z);
   vec3 ambient = mix(p.sky_down_radiance, p.sky_up_radiance, above);
   return p.sun_irradiance * (once + again + around) + ambient;
 }

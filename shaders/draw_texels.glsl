@@ -18,11 +18,11 @@ void store_draw_particle(uint particle, DrawParticle p) {
   imageStore(draw_texels, at + ivec2(2, 0), vec4(m[2], uintBitsToFloat(p.flags | 0x40000000u)));  // no denormal
   imageStore(draw_texels, at + ivec2(3, 0), vec4(p.center_m, p.optical_radius));
   imageStore(draw_texels, at + ivec2(4, 0), vec4(p.light_direction, p.tau_sun));
-  imageStore(draw_texels, at + ivec2(5, 0), vec4(p.sun_irradiance, p.top_m));
+  imageStore(draw_texels, at + ivec2(5, 0), vec4(p.sun_irradiance, p.sky_share));
   imageStore(draw_texels, at + ivec2(6, 0), vec4(p.tau_gradient_per_m, p.tau_near));
   imageStore(draw_texels, at + ivec2(7, 0), vec4(p.sky_up_radiance, p.tau_behind));
-  imageStore(draw_texels, at + ivec2(8, 0), vec4(p.sky_down_radiance, 0.0));
-  imageStore(draw_texels, at + ivec2(9, 0), vec4(p.radiance_per_sr, 0.0));
+  imageStore(draw_texels, at + ivec2(8, 0), vec4(p.sky_down_radiance, p.sky_share_per_m));
+  imageStore(draw_texels, at + ivec2(9, 0), vec4(p.radiance_per_sr, p.outward));
 }
 #else
 DrawParticle load_draw_particle(sampler2D texels, uint particle) {
@@ -39,11 +39,13 @@ DrawParticle load_draw_particle(sampler2D texels, uint particle) {
   p.light_direction = t[4].xyz;
   p.tau_sun = t[4].w;
   p.sun_irradiance = t[5].xyz;
-  p.top_m = t[5].w;
+  p.sky_share = t[5].w;
   p.tau_gradient_per_m = t[6].xyz;
   p.sky_up_radiance = t[7].xyz;
   p.sky_down_radiance = t[8].xyz;
+  p.sky_share_per_m = t[8].w;
   p.radiance_per_sr = t[9].xyz;
+  p.outward = t[9].w;
   p.tau_near = t[6].w;
   p.tau_behind = t[7].w;
   return p;

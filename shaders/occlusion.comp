@@ -47,7 +47,10 @@ void main() {
   light.tau_gradient_per_m = vec3(0.0);
   light.tau_near = 0.0;
   light.tau_behind = 0.0;
+  light.openness = vec3(0.0);
   if ((particle.flags & kParticleEmissive) == 0u) {
+    const Neighbourhood around = neighbourhood(particle);
+    light.openness = around.openness;
     light.sun_irradiance = sun_irradiance(particle.center_m);
     if (any(greaterThan(light.sun_irradiance, vec3(0.0)))) {
       vec3 points_m[4];
@@ -62,9 +65,8 @@ void main() {
       slope *= 0.75 / kDepthSampleRadius;
       light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
 
-      const float enclosed = enclosure(particle);
-      light.tau_near = min(enclosed * column.near, light.tau_sun);
-      light.tau_behind = enclosed * column.behind;
+      light.tau_near = min(around.enclosure * column.near, light.tau_sun);
+      light.tau_behind = around.enclosure * column.behind;
     }
   }
   lights[slot] = light;

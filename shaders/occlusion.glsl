@@ -75,8 +75,13 @@ SunColumn sun_column(vec3 points_m[4], vec3 center_m, uint except) {
   return column;
 }
 
-// How much of what is around a particle is cloud, kLeastEnclosure .. 1: mean opacity of a short way at four points about it.
-float enclosure(Particle particle) {
+// What is around a particle: opacities of a short way at four points about it.
+struct Neighbourhood {
+  float enclosure;  // how much of it is cloud, kLeastEnclosure .. 1
+  vec3 openness;    // as in ParticleLight: minus the gradient of those opacities
+};
+
+Neighbourhood neighbourhood(Particle particle) {
   const vec3 up = frame.light_from_render[2];
   float extinction[4];
   for (uint j = 0u; j < 4u; ++j) extinction[j] = 0.0;
@@ -98,8 +103,13 @@ float enclosure(Particle particle) {
   }
   const float way_m = kNeighbourWay * pow(particle.radius_m.x * particle.radius_m.y * particle.radius_m.z, 1.0 / 3.0);
   float sum = 0.0;
-  for (uint j = 0u; j < 4u; ++j) sum += 1.0 - exp(-way_m * extinction[j]);
-  return mix(kLeastEnclosure, 1.0, 0.25 * sum);
+  vec3 away = vec3(0.0);
+  for (uint j = 0u; j < 4u; ++j) {
+    const float opacity = 1.0 - exp(-way_m * extinction[j]);
+    sum += opacity;
+    away += opacity * tetrahedron_corner(j);
+  }
+  return Neighbourhood(mix(kLeastEnclosure, 1.0, 0.25 * sum), render_from_local(0.75 * away, particle.yaw_rad));
 }
 
 #endif

@@ -46,13 +46,20 @@ void main() {
   d.tau_behind = light.tau_behind;
   d.tau_gradient_per_m = light.tau_gradient_per_m;
   d.base_m = p.base_m;
-  d.top_m = p.top_m;
   d.flags = p.flags;
   d.radiance_per_sr = p.radiance_per_sr;
-  vec3 from_above, from_below;
-  sky_irradiance_at(sky_irradiance, frame, altitude_m(p.center_m, frame.camera_grid_m.z),
-                    sun_cos_zenith_at(p.center_m, frame), from_above, from_below);
-  d.sky_up_radiance = from_above / kPi;
-  d.sky_down_radiance = from_below / kPi * (1.0 - (frame.clouds_enabled != 0u ? kGroundShadow * frame.coverage : 0.0));
+  // At its very centre it has no side.
+  d.outward = outward_factor(-dot(light.openness, p.center_m) / max(length(p.center_m), mean_radius_m), frame.phase_g);
+  const float altitude = altitude_m(p.center_m, frame.camera_grid_m.z);
+  mean_radiance_at(sky_irradiance, frame, altitude, sun_cos_zenith_at(p.center_m, frame), d.sky_up_radiance, d.sky_down_radiance);
+  d.sky_down_radiance *= 1.0 - (frame.clouds_enabled != 0u ? kGroundShadow * frame.coverage : 0.0);
+  if (p.base_m > -1e29) {
+    const float thickness_m = max(p.top_m - p.base_m, 0.0);
+    d.sky_share = slab_share_above(frame.extinction_per_m * (p.top_m - altitude), frame.extinction_per_m * thickness_m, frame.phase_g);
+    d.sky_share_per_m = slab_share_per_depth(frame.extinction_per_m * thickness_m, frame.phase_g) * frame.extinction_per_m;
+  } else {  // whose cloud it is part of is not known: as much as a surface sees that faces away from its neighbours
+    d.sky_share = 0.5 + 0.5 * light.openness.z;
+    d.sky_share_per_m = 0.0;
+  }
   draw_particles[i] = d;
 }

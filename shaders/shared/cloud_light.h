@@ -4,8 +4,8 @@
 //   sun, once scattered      phase * S / opacity * exp(-tau)     exact in the homogeneous sphere
 //   sun, scattered again     M(table) / opacity * exp(-tau')     light exchanged inside the particle
 //   sun, scattered forward   a wider phase * (exp(-tau') - exp(-tau))  still in the beam's direction, more or less
-//   sun, diffuse             two-stream light of the cloud around, by its thickness and the place in it
-//   sky and ground           mean radiance from above and below, mixed by the depth of cloud above and below
+//   sun, diffuse             two-stream light of the cloud around, by its thickness and the place in it, flowing outwards
+//   sky and ground           mean radiance of the directions above and below, mixed by the place in the cloud and the view
 //
 // tau is the optical depth towards the sun, tau' = (1 - g) tau what it counts by similarity once forward scattering is
 // taken for none. Deviates from the paper: it scales tau by xi = 0.05 for everything and has the first two terms; here
@@ -19,14 +19,14 @@
 
 NEPHELE_SHARED_BEGIN
 
-// What the terms weigh: fitted to path-traced images with the sun alone (docs/accuracy.md), where the fit of single
-// scattering came out as 1 by itself. The terms overlap: orders two and three are in each.
-NEPHELE_CONST(float, kAgainShare, 0.6f);
+// What the terms weigh: fitted to the sunlight of the path-traced images of one cloud from three sides and of two fields
+// (docs/accuracy.md), for their relative squared error and their bias alike. An earlier fit left single scattering free,
+// which came out as 1. The terms overlap: orders two and three are in each.
+NEPHELE_CONST(float, kAgainShare, 0.75f);
 NEPHELE_CONST(float, kForwardShare, 1.15f);
-NEPHELE_CONST(float, kDiffuseShare, 0.75f);
+NEPHELE_CONST(float, kDiffuseShare, 0.48f);
 
 NEPHELE_CONST(float, kForwardAsymmetry, 0.5f);   // of the phase function's
-NEPHELE_CONST(float, kTurnsPerDepth, 3.0f);      // scatterings that turn diffuse light, per optical depth of the cloud
 
 NEPHELE_CONST(float, kMeanChord, 4.0f / 3.0f);  // of a sphere, over its radius
 
@@ -51,24 +51,44 @@ NEPHELE_FN float slab_light(float depth, float total, float g) {
 // Share of diffuse light that crosses a layer of optical depth tau of a non-absorbing medium: the two-stream result.
 NEPHELE_FN float diffuse_transmission(float tau, float g) { return 1.0f / (1.0f + 0.75f * (1.0f - g) * max(tau, 0.0f)); }
 
+// Diffuse light sent towards the eye, over its mean. It flows out through a cloud's skin: there Eddington's flux H is half of the
+// mean J (Marshak's boundary), a quarter at a scaled depth of 2/3, as deep as one sees; scattering makes J + 3 g H cosine of it.
+// outward: cosine between the open side and the way to the eye, times how one-sided it is. Taken once a particle.
+NEPHELE_CONST(float, kOutwardFlux, 0.25f);
+NEPHELE_FN float outward_factor(float outward, float g) { return max(1.0f + 3.0f * kOutwardFlux * g * outward, 0.0f); }
+
 // Sunlight that the cloud around sends to a place, per unit irradiance, per sr. beam: optical depth towards the sun
-// through everything; near and total: of the cloud around, towards the sun and through and through.
-NEPHELE_FN float light_from_around(float mu, float g, float beam, float near, float total) {
+// through everything; near and total: of the cloud around, towards the sun and through and through. outward: outward_factor.
+NEPHELE_FN float light_from_around(float mu, float g, float beam, float near, float total, float outward) {
   float forward = phase_henyey_greenstein(mu, kForwardAsymmetry * g) * forward_share(beam, g);
-  // The thinner the cloud, the fewer turns the light in it has made, and the more of it still goes on as it came.
-  float asymmetry = pow(max(g, 0.0f), 1.0f + kTurnsPerDepth * total);
-  float diffuse = phase_henyey_greenstein(mu, asymmetry) * slab_light(min(near, total), total, g);
+  float diffuse = slab_light(min(near, total), total, g) * outward * (0.25f / kPi);
   return kForwardShare * forward + kDiffuseShare * diffuse * diffuse_transmission(beam - near, g);
 }
 
-// The ground under a cloud field lies partly in its shadow: what it sends up is reduced by this share of the coverage.
-NEPHELE_CONST(float, kGroundShadow, 0.7f);
+// ---- Sky and ground ----
+//
+// Their shares sum to 1, so a uniform environment shows the cloud in its own radiance (white furnace).
 
-// Share of the ambient light that comes from above, for cloud of optical depths tau_up above and tau_down below. Above
-// and below sum to 1, so a uniform environment shows the cloud in its own radiance (white furnace).
-NEPHELE_FN float ambient_share_above(float tau_up, float tau_down, float g) {
-  return 0.5f + 0.5f * (diffuse_transmission(tau_up, g) - diffuse_transmission(tau_down, g));
+// The ground under a cloud field lies partly in its shadow: what it sends up is reduced by this share of the coverage. From
+// the ground's light in path-traced images of fields of coverage 0.3 and 0.45.
+NEPHELE_CONST(float, kGroundShadow, 0.5f);
+
+// Share of light from above in a slab lit evenly from both sides, optical depth `above` below the top of `total`: Eddington's
+// solution without a source, linear in the depth. The cloud is taken to be as dense as one particle at its peak, which is what
+// several overlapping ones come to: the share of sky light in the path-traced images of the fields then has slope 0.9 to 1.0
+// over this one.
+NEPHELE_FN float slab_share_above(float above, float total, float g) {
+  return ((1.0f - g) * (total - above) + 2.0f / 3.0f) / ((1.0f - g) * total + 4.0f / 3.0f);
 }
+NEPHELE_FN float slab_share_per_depth(float total, float g) { return (1.0f - g) / ((1.0f - g) * total + 4.0f / 3.0f); }
+
+// How much more of what lies behind shows through: light goes on as it came, more or less, so a view from above down shows
+// more of the ground. 0.75 g is what Eddington's flux gives in the thinnest slab; fitted to sky and ground light of the same five
+// images as above.
+NEPHELE_CONST(float, kShareAlongView, 0.55f);
+
+// `share` where the place alone is known; view_z: vertical component of the unit direction from the eye.
+NEPHELE_FN float ambient_share_above(float share, float view_z) { return clamp(share + kShareAlongView * view_z, 0.0f, 1.0f); }
 
 NEPHELE_SHARED_END
 

@@ -77,6 +77,7 @@ struct ParticleLight {
   vec3 tau_gradient_per_m;  // of that depth, for a linear variation inside the particle (clamped when used)
   float tau_near;           // of tau_sun, what belongs to the cloud around: weighted by kColumnReachM and by how enclosed it is
   float tau_behind;         // the same on the side away from the sun
+  vec3 openness;            // render space: towards where there is less cloud, at most 0.87 long; 0 amid cloud and in clear air
 };
 
 // Everything that shading one visible particle needs, in drawing order. *Reference space* is the unit space of the
@@ -92,12 +93,14 @@ struct DrawParticle {
   vec3 tau_gradient_per_m;       // render space
   float base_m;
   vec3 sky_up_radiance;          // mean radiance of the sky above
-  float top_m;
+  float sky_share;               // of light from above, at the centre (cloud_light.h)
   vec3 sky_down_radiance;        // mean radiance of air and ground below
   uint flags;
   vec3 radiance_per_sr;
   float tau_near;                // as in ParticleLight
   float tau_behind;
+  float sky_share_per_m;         // its change with the altitude
+  float outward;                 // factor of diffuse sunlight towards the eye (cloud_light.h)
 };
 
 // The tiled backend reads draw particles from an image (draw_texels.glsl): 400 a row is within the 4 096 texels that
@@ -134,8 +137,8 @@ NEPHELE_SHARED_END
 
 #ifdef __cplusplus
 static_assert(sizeof(nephele::shared::Particle) == 64);
-static_assert(sizeof(nephele::shared::ParticleLight) == 36);
-static_assert(sizeof(nephele::shared::DrawParticle) == 152);
+static_assert(sizeof(nephele::shared::ParticleLight) == 48);
+static_assert(sizeof(nephele::shared::DrawParticle) == 160);
 #endif
 
 #endif

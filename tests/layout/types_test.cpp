@@ -59,7 +59,7 @@ TEST_CASE("Particle") {
 TEST_CASE("ParticleLight") {
   check_layout(shaders::prepare_draw_comp, "ParticleLight",
                {MEMBER(ParticleLight, sun_irradiance), MEMBER(ParticleLight, tau_sun), MEMBER(ParticleLight, tau_gradient_per_m),
-                MEMBER(ParticleLight, tau_near), MEMBER(ParticleLight, tau_behind)});
+                MEMBER(ParticleLight, tau_near), MEMBER(ParticleLight, tau_behind), MEMBER(ParticleLight, openness)});
 }
 
 TEST_CASE("DrawParticle") {
@@ -67,8 +67,9 @@ TEST_CASE("DrawParticle") {
                {MEMBER(DrawParticle, reference_from_render), MEMBER(DrawParticle, center_m), MEMBER(DrawParticle, extinction_per_m),
                 MEMBER(DrawParticle, light_direction), MEMBER(DrawParticle, optical_radius), MEMBER(DrawParticle, sun_irradiance),
                 MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, base_m),
-                MEMBER(DrawParticle, sky_up_radiance), MEMBER(DrawParticle, top_m), MEMBER(DrawParticle, sky_down_radiance),
-                MEMBER(DrawParticle, flags), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, tau_near), MEMBER(DrawParticle, tau_behind)});
+                MEMBER(DrawParticle, sky_up_radiance), MEMBER(DrawParticle, sky_share), MEMBER(DrawParticle, sky_down_radiance),
+                MEMBER(DrawParticle, flags), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, tau_near), MEMBER(DrawParticle, tau_behind),
+                MEMBER(DrawParticle, sky_share_per_m), MEMBER(DrawParticle, outward)});
 }
 
 TEST_CASE("FrameCounters") {

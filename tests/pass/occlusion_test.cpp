@@ -26,7 +26,7 @@ std::vector<ParticleLight> light(const LightScene& scene, const Image* transmitt
 
 struct TrueLight {
   double tau, near, behind;
-  dvec3 gradient_per_m;
+  dvec3 gradient_per_m, openness;
 };
 
 TrueLight true_light(const LightScene& scene, std::uint32_t index) {
@@ -36,7 +36,7 @@ TrueLight true_light(const LightScene& scene, std::uint32_t index) {
   const dvec3 corners[4] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
   const dvec3 radius(particle.radius_m), center(particle.center_m);
 
-  TrueLight truth{0.0, 0.0, 0.0, dvec3(0.0)};
+  TrueLight truth{0.0, 0.0, 0.0, dvec3(0.0), dvec3(0.0)};
   double enclosure = 0.0;
   for (const dvec3& along : corners) {
     const dvec3 corner = along / std::sqrt(3.0);
@@ -48,7 +48,9 @@ TrueLight true_light(const LightScene& scene, std::uint32_t index) {
     const dvec3 outside = center - to_render(2.5 * corner * radius);
     double extinction = 0.0;
     for (const Particle& other : scene.particles_value) extinction += extinction_in(other, outside, 1500.0);
-    enclosure += 0.25 * (1.0 - std::exp(-2.0 * extinction * std::cbrt(radius.x * radius.y * radius.z)));
+    const double opacity = 1.0 - std::exp(-2.0 * extinction * std::cbrt(radius.x * radius.y * radius.z));
+    enclosure += 0.25 * opacity;
+    truth.openness += to_render(corner) * 0.75 * opacity;
   }
   enclosure = 0.25 + 0.75 * enclosure;
   for (std::uint32_t i = 0; i < scene.particles_value.size(); ++i) {
@@ -89,7 +91,7 @@ TEST_CASE("occlusion equals brute force over all particles") {
     CAPTURE(setup.range_m);
     const LightScene scene = crowd(setup.count, setup.count, setup.range_m, setup.azimuth_deg, setup.elevation_deg);
     const std::vector<ParticleLight> lights = light(scene);
-    double worst = 0.0, worst_around = 0.0, behind = 0.0, mean = 0.0, depth = 0.0, worst_gradient = 0.0;
+    double worst = 0.0, worst_around = 0.0, worst_openness = 0.0, openness = 0.0, behind = 0.0, mean = 0.0, depth = 0.0, worst_gradient = 0.0;
     for (std::uint32_t i = 0; i < setup.count; ++i) {
       const TrueLight truth = true_light(scene, i);
       const float radius = std::min({scene.particles_value[i].radius_m.x, scene.particles_value[i].radius_m.y,
@@ -98,6 +100,8 @@ TEST_CASE("occlusion equals brute force over all particles") {
       worst = std::max(worst, error);
       worst_around = std::max({worst_around, std::abs(lights[i].tau_near - truth.near), std::abs(lights[i].tau_behind - truth.behind)});
       behind += truth.behind / setup.count;
+      openness += glm::length(truth.openness) / setup.count;
+      worst_openness = std::max(worst_openness, glm::length(dvec3(lights[i].openness) - truth.openness));
       const dvec3 gradient_error = dvec3(lights[i].tau_gradient_per_m) - truth.gradient_per_m;
       worst_gradient = std::max(worst_gradient, glm::length(gradient_error) * radius);
       mean += error / setup.count;
@@ -109,6 +113,8 @@ TEST_CASE("occlusion equals brute force over all particles") {
     CHECK(worst_around < 0.01);
     CHECK(behind > (setup.range_m < 10000 ? 0.05 : 0.0));
     CHECK(worst_gradient < 0.02);
+    CHECK(worst_openness < 0.01);
+    CHECK(openness > (setup.range_m < 10000 ? 0.02 : 0.0));
   }
 }
 
@@ -120,6 +126,7 @@ TEST_CASE("a particle alone is not shaded, not even by itself") {
   CHECK(lone.sun_irradiance == scene.constants_value.sun_irradiance);
   CHECK(lone.tau_near == 0.0f);
   CHECK(lone.tau_behind == 0.0f);
+  CHECK(lone.openness == glm::vec3(0.0f));
 }
 
 TEST_CASE("coincident particles shade each other alike") {
