@@ -24,6 +24,10 @@ row() {  # name, what it is called
   jq -r --arg what "$2" --argjson ms "$(median "$1")" '"| \($what) | \(.backend), \(.blend) | \(.particles_generated) | \(.particles_visible) | " +
     "\(if .fragments_shaded > 0 then .fragments_shaded else .pairs_shaded end) | \($ms | round) |"' "$work/$1.1.json"
 }
+layer_ms() {  # name: shading, blending and their lists
+  jq -s "map([.passes[] | select(.name | IN(\"shade_blend\", \"screen_tiles\", \"resolve\")).ms] | add) | $middle" "$work/$1".*.json
+}
+layer_ratio() { awk -v a="$(layer_ms "$1")" -v b="$(layer_ms small)" 'BEGIN {printf "%.2f", a / b}'; }  # name
 motion_row() {  # name, what it is called
   awk -v what="$2" -v ms="$(median "$1")" -v all="$(median flying_anew)" 'BEGIN {printf "| %s | %.1f | %.2f |\n", what, ms, ms / all}'
 }
@@ -48,6 +52,7 @@ for round in $(seq "$rounds"); do
   measure medium --size 1280x720 --quality medium "$@"
   measure high --size 1280x720 --quality high "$@"
   measure raster --size 1280x720 --quality high --backend attachment "$@"
+  measure half --size 1280x720 --quality medium --scale 2 "$@"
 done
 {
   echo "# Figures of the frame"
@@ -66,6 +71,9 @@ done
   row medium "1280x720, medium"
   row high "1280x720, high"
   row raster "1280x720, high"
+  row half "1280x720, medium, scale 2"
+  echo
+  echo "Shading and blending with their lists, 640x360, low, scale 2: attachment 1, tiled $(layer_ratio tiled) with volume, $(layer_ratio exact) with exact."
   echo
   echo "What a frame does not do again (\`RenderSettings::reuse\`, \`render --reuse\`; bit for bit the same image), 640x360, low,"
   echo "scale 2, the device's own backend, ten frames a round:"
@@ -77,9 +85,8 @@ done
   motion_row windy "standing, clouds drifting with the wind, with reuse"
   motion_row still "standing, no wind, with reuse"
   echo
-  echo "Asked of a quiet machine with two cores and not reached: 100 ms at 640x360, 400 ms at 1280x720 medium, and 0.70 of a moving"
-  echo "camera's frame for one that stands in wind. Composite, upscale and the grid take four tenths of the small frame; in wind every"
-  echo "place moves against the camera, so light and order are found anew."
+  echo "Asked of a quiet machine with two cores: 100 ms at 640x360, 400 ms at 1280x720 medium, and 0.70 of a moving camera's frame for one"
+  echo "that stands. In wind every place moves against the camera, so light and order are found anew."
   echo
   echo "Passes of the first row and of the high one (medians; a stamp can lag into the next pass on a software"
   echo "device):"

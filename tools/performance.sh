@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Runs the ready-made sweeps and writes docs/performance.md with its plots. Some twenty minutes on two quiet cores; what
-# has been measured stays in out/performance, so a run that was cut short goes on. For new times, remove it first.
+# Runs the ready-made sweeps, and the particles against the ray marcher at equal distance from the truth, and writes
+# docs/performance.md with its plots. Some twenty minutes on two quiet cores; what has been measured stays in
+# out/performance, so a run that was cut short goes on. For new times, remove it first.
 #   tools/performance.sh [--device NAME_OR_INDEX]
 #   tools/performance.sh --write                    only writes, from the sweeps that are complete; says which are not
 set -euo pipefail
@@ -8,8 +9,44 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 out=out/performance
 sweep() { build/nephele sweep --config "tools/sweeps/$1.json" --out "$out/$2" "${@:3}"; }
+
+# Particles and ray marcher on a field and on a single towering cloud of the truth set: distance of the layer from the path
+# tracer's at its resolution, and what the layer costs at 640x360, ways in turn.
+race_scenes=(field_side cloud_front)
+race_ways=("exact --blend exact" "volume --blend volume" "march_8 --method raymarch --steps 8" "march_16 --method raymarch --steps 16"
+  "march_32 --method raymarch --steps 32" "march_64 --method raymarch --steps 64")
+race() {  # arguments of render
+  local rounds=3 round scene way name how work
+  work=$(mktemp -d)
+  for round in $(seq "$rounds"); do
+    for scene in "${race_scenes[@]}"; do
+      for way in "${race_ways[@]}"; do
+        read -r name how <<<"$way"
+        # shellcheck disable=SC2086
+        build/nephele render --quiet --scene "tools/truth/$scene.json" --size 640x360 --frames 2 --warmup 1 --out "$work/%04d.png" \
+          --stats "$work/$scene.$name.$round.json" $how "$@"
+      done
+    done
+  done
+  for scene in "${race_scenes[@]}"; do
+    for way in "${race_ways[@]}"; do
+      read -r name how <<<"$way"
+      # shellcheck disable=SC2086
+      build/nephele render --quiet --scene "tools/truth/$scene.json" --size 80x45 --layers "$work/layers.exr" $how "$@"
+      jq -s --arg scene "$scene" --arg way "$name" \
+        --argjson color "$(build/nephele compare "$work/layers.exr" "tools/truth/${scene}_layers.exr" --channels R,G,B)" \
+        --argjson through "$(build/nephele compare "$work/layers.exr" "tools/truth/${scene}_layers.exr" --channels T)" '
+        def middle: sort | .[length / 2 | floor];
+        {scene: $scene, way: $way, color: $color.relmse, transmittance: $through.relmse, frame_ms: map(.frame_ms.median) | middle,
+         layer_ms: map([.passes[] | select(.name | IN("shade_blend", "screen_tiles", "march", "march_tiles")) | .ms] | add) | middle}' \
+        "$work/$scene.$name".*.json
+    done
+  done | jq -s . >"$out/race.json"
+  rm -r "$work"
+}
+
 if [[ ${1:-} != --write ]]; then
-  tools/setup.sh gnuplot-nox
+  tools/setup.sh gnuplot-nox jq
   cmake --preset release
   cmake --build --preset release --target nephele_program
   mkdir -p "$out"
@@ -18,7 +55,41 @@ if [[ ${1:-} != --write ]]; then
   sweep quick quick "$@"
   sweep quick quick_again --compare "$out/quick/results.json" --slowdown 100 "$@" > "$out/compare.txt"
   sweep scaling scaling "$@"
+  [[ -f $out/race.json ]] || race "$@"
 fi
+
+race_table() {
+  if [[ ! -f $out/race.json ]]; then
+    echo "*Not measured yet on this state of the program: \`tools/performance.sh\`.*"
+    return
+  fi
+  echo "| scene | way | colour, relMSE | transmittance, relMSE | layer, ms | frame, ms | layer's time over exact's |"
+  echo "|---|---|---|---|---|---|---|"
+  jq -r '
+    def shown: . * 10000 | round / 10000;
+    map(select(.way == "exact")) as $exact | .[] | . as $row |
+    ($exact[] | select(.scene == $row.scene).layer_ms) as $base |
+    "| \(.scene) | \(.way | sub("_"; " ")) | \(.color | shown) | \(.transmittance | shown) | \(.layer_ms | round) | \(.frame_ms | round) | \(.layer_ms / $base * 100 | round / 100) |"' \
+    "$out/race.json"
+}
+
+# What the scaling sweep says of the frame time as a function of the shaded pairs and of the particles.
+scaling_reading() {
+  [[ -f $out/scaling/results.json ]] || return 0
+  jq -r '
+    def mean: add / length;
+    def pairs: .pairs_shaded;
+    def line: (map(pairs) | mean) as $x | (map(.ms.median) | mean) as $y |
+      (map((pairs - $x) * (.ms.median - $y)) | add) as $xy | (map((pairs - $x) | . * .) | add) as $xx | (map((.ms.median - $y) | . * .) | add) as $yy |
+      {slope_ns: ($xy / $xx * 1e6), r2: ($xy * $xy / ($xx * $yy))};
+    (.variants | map(select(.series == "pixels"))) as $pixels | ($pixels | line) as $line |
+    (.variants | map(select(.series == "ring size"))) as $rings |
+    ([$rings[] as $a | $rings[] as $b | {from: $a, to: $b, particles: ($b.particles_generated / $a.particles_generated), ms: ($b.ms.median / $a.ms.median)}]
+      | min_by(.particles - 4 | fabs)) as $four |
+    "Over the resolutions the frame time is linear in the shaded pairs with R² = \($line.r2 * 10000 | round / 10000), \($line.slope_ns | round) ns a pair, all that grows with the pixels included. (A bare fetch from both tables takes some 31 ns of one core: docs/tables.md.) " +
+    "\($four.particles * 100 | round / 100) times the particles (rings of \($four.to.axes.ring_size_cells) cells for \($four.from.axes.ring_size_cells)) over the same screen take \($four.ms * 100 | round / 100) times the time."' \
+    "$out/scaling/results.json"
+}
 
 # A sweep's table and plots, or a word that it is missing.
 results() {  # name plots...
@@ -59,6 +130,15 @@ TEXT
   results pareto error_fair_weather error_above_deck
   cat <<'TEXT'
 
+## At equal distance from the truth
+
+The cloud layer against the path tracer's, on a field and on a single towering cloud of the truth set (80×45, quality medium), and its time at
+640×360: shading, blending or marching with their lists. Both shade alike, so most of the distance in colour is the light's, which more steps do not mend.
+
+TEXT
+  race_table
+  cat <<'TEXT'
+
 ## Presets, beside the paper's
 
 [Yusov14] Table 1: ms a frame, particles at half resolution. Platform I: GeForce GTX 680, 1920×1080, without volume-aware
@@ -86,6 +166,8 @@ One axis at a time from low quality at 320×180.
 
 TEXT
   results scaling cost_particles cost_pixels cost_distance
+  echo
+  scaling_reading
   cat <<'TEXT'
 
 ## Two runs of one sweep
