@@ -27,11 +27,6 @@ const ShaderCode& composite_code(bool air, bool clouds, bool shadow, bool upscal
   return shadow ? shaders::composite_comp_vacuum_clouds_shadow : shaders::composite_comp_vacuum_clouds;
 }
 
-const ShaderCode& tiles_code(bool air, bool clouds) {
-  if (air) return clouds ? shaders::composite_tiles_comp_sky_clouds : shaders::composite_tiles_comp_sky;
-  return clouds ? shaders::composite_tiles_comp_vacuum_clouds : shaders::composite_tiles_comp_vacuum;
-}
-
 }  // namespace
 
 CompositePass::CompositePass(Device& device) : device_(device), haze_shadow_(device) {}
@@ -39,7 +34,8 @@ CompositePass::CompositePass(Device& device) : device_(device), haze_shadow_(dev
 const CompositePass::Kernels& CompositePass::kernels(bool air, bool clouds, bool shadow, bool upscale) {
   Kernels& kernels = kernels_[(air ? 8u : 0u) + (clouds ? 4u : 0u) + (shadow ? 2u : 0u) + (upscale ? 1u : 0u)];
   if (kernels.tiles) return kernels;
-  kernels.tiles = ComputeKernel(device_, tiles_code(air, clouds));
+  kernels.tiles = ComputeKernel(device_, clouds ? shaders::composite_tiles_comp_clouds : shaders::composite_tiles_comp_clear);
+  if (air) kernels.sun = ComputeKernel(device_, clouds ? shaders::sun_at_lens_comp_clouds : shaders::sun_at_lens_comp_clear);
   for (std::uint32_t kind = 0; kind < kKinds; ++kind) {
     const SpecConstant constants[] = {{0, kind}};
     kernels.kinds[kind] = ComputeKernel(device_, composite_code(air, clouds, shadow, upscale), constants);
@@ -68,16 +64,22 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
   for (glm::uvec3& groups : none.groups) groups = {grid.groups_across, 0, 1};
   const auto head = std::as_bytes(std::span(&none, 1));
   frame.update("composite", tiles_, {head.begin(), head.end()});
-  std::vector<Binding> layer;
-  if (clouds) layer = {{8, *inputs.layer_color, Access::sampled, Sampler::nearest_clamp}, {9, *inputs.layer_depth, Access::sampled, Sampler::nearest_clamp}};
   ComputeStep sort{.name = "composite",
                    .kernel = &with.tiles,
                    .bindings = {{0, *inputs.frame_constants, Access::uniform}, {19, tiles_, Access::storage_read_write}},
                    .push = as_push(grid),
                    .groups = {(tiles + 63) / 64, 1, 1}};
-  sort.bindings.insert(sort.bindings.end(), layer.begin(), layer.end());
-  if (air) sort.bindings.emplace_back(3, air->transmittance, Access::sampled);
+  if (clouds) sort.bindings.emplace_back(9, *inputs.layer_depth, Access::sampled, Sampler::nearest_clamp);
   frame.compute(std::move(sort));
+  if (air) {
+    ComputeStep sun{.name = "composite",
+                    .kernel = &with.sun,
+                    .bindings = {{0, *inputs.frame_constants, Access::uniform},
+                                 {3, air->transmittance, Access::sampled},
+                                 {19, tiles_, Access::storage_read_write}}};
+    if (clouds) sun.bindings.emplace_back(8, *inputs.layer_color, Access::sampled, Sampler::nearest_clamp);
+    frame.compute(std::move(sun));
+  }
 
   std::vector<Binding> bindings = {{0, *inputs.frame_constants, Access::uniform},
                                    {1, hdr, Access::storage_write},
@@ -94,7 +96,10 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
                                      {10, air->aerial_light, Access::sampled},
                                      {11, air->aerial_transmittance, Access::sampled}});
   }
-  bindings.insert(bindings.end(), layer.begin(), layer.end());
+  if (clouds) {
+    bindings.insert(bindings.end(), {{8, *inputs.layer_color, Access::sampled, Sampler::nearest_clamp},
+                                     {9, *inputs.layer_depth, Access::sampled, Sampler::nearest_clamp}});
+  }
   if (upscale) {
     bindings.insert(bindings.end(), {{16, *inputs.full_color, Access::storage_write},
                                      {17, *inputs.full_depth, Access::storage_write},

@@ -39,7 +39,7 @@ class CompositePass {
 
  private:
   struct Kernels {  // of one set of inputs
-    ComputeKernel tiles;
+    ComputeKernel tiles, sun;
     std::array<ComputeKernel, 5> kinds;  // composite_tiles.glsl
   };
   const Kernels& kernels(bool air, bool clouds, bool shadow, bool upscale);

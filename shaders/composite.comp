@@ -93,8 +93,8 @@ vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixe
 #else
   vec3 radiance = max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, false) -
                                      haze_shadow_at(image_unit, 1.0e30));
-  vec3 disc = sun_disc(direction, pixel_rad);
-  if (disc.g > 0.0) radiance += disc * sun_transmittance(transmittance, altitude_m, direction.z);
+  vec3 disc = kMixed ? sun_disc(direction, pixel_rad) : vec3(0.0);
+  if (kMixed && disc.g > 0.0) radiance += disc * sun_transmittance(transmittance, altitude_m, direction.z);
   return radiance;
 #endif
 }

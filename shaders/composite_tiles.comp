@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// variants: sky sky_clouds=CLOUDS vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS
+// variants: clear clouds=CLOUDS
 // Sorts the image's tiles by what they may show: sky or ground alone or anything, clouds or none. One thread a tile. The order
 // within a list is free; no pixel depends on it.
 #include "shared/atmosphere_tables.h"
@@ -9,15 +9,10 @@
 #include "shared/types.h"
 #define WRITES_COMPOSITE_TILES
 #include "composite_tiles.glsl"
-#include "light.glsl"
 
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };
-#ifndef VACUUM
-layout(set = 0, binding = 3) uniform sampler2D transmittance;
-#endif
 #ifdef CLOUDS
-layout(set = 0, binding = 8) uniform sampler2D layer_color;
 layout(set = 0, binding = 9) uniform sampler2D layer_depth;
 #endif
 layout(push_constant, scalar) uniform Push { CompositeGrid grid; };
@@ -43,7 +38,8 @@ bool has_clouds(uvec2 tile) {
 #endif
 }
 
-// Sky or ground alone, with what a pixel blurs and what the upscaling takes for an edge kept off the horizon.
+// Sky or ground alone, with what a pixel blurs and what the upscaling takes for an edge kept off the horizon; where the sun's
+// disc may be, mixed.
 uint ground_or_sky(uvec2 tile) {
   const vec2 center_px = (vec2(tile) + 0.5) * float(kCompositeTilePx);
   const vec3 center = pixel_direction(center_px, frame.image_size_px);
@@ -54,31 +50,9 @@ uint ground_or_sky(uvec2 tile) {
   }
   const float edge = (frame.scale > 1u ? 0.5 * float(frame.scale) : 0.25) * radius;
   const float over = center.z - horizon_cosine(max(0.0, frame.camera_grid_m.z));
-  if (over > radius + edge) return 0u;
+  if (over > radius + edge) return length(center - frame.sun_direction) < frame.sun_angular_radius_rad + 2.0 * radius ? kMixedKind : 0u;
   return over < -(radius + edge) && frame.ground_enabled != 0u ? 2u : kMixedKind;
 }
-
-#ifndef VACUUM
-// Share of the sun's disc that the clouds let through, where the disc is in the image; off it, at the nearest border.
-float sun_through_clouds() {
-#ifdef CLOUDS
-  const vec4 clip = frame.clip_from_render * vec4(frame.sun_direction, 0.0);
-  const vec2 center_px = (clip.xy / max(clip.w, 1e-4) * 0.5 + 0.5) * vec2(frame.image_size_px);
-  const vec2 nearest_px = clamp(center_px, vec2(0.0), vec2(frame.image_size_px));
-  const float pixel_rad = length(pixel_direction(nearest_px + vec2(0.0, 1.0), frame.image_size_px) - pixel_direction(nearest_px, frame.image_size_px));
-  const float reach_px = 0.6 * frame.sun_angular_radius_rad / pixel_rad;
-  float sum = 0.0;
-  for (int i = 0; i < 5; ++i) {
-    const vec2 offset = i == 4 ? vec2(0.0) : vec2((i & 1) == 0 ? -reach_px : reach_px, (i & 2) == 0 ? -reach_px : reach_px);
-    const vec2 at = clamp((center_px + offset) / float(frame.scale), vec2(0.0), vec2(frame.layer_size_px) - 1.0);
-    sum += texelFetch(layer_color, ivec2(at), 0).a;
-  }
-  return 0.2 * sum;
-#else
-  return 1.0;
-#endif
-}
-#endif
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
@@ -89,8 +63,4 @@ void main() {
   const uint place = atomicAdd(tile_counts[kind], 1u);
   listed_tiles[kind * grid.columns * grid.rows + place] = i;
   atomicMax(tile_groups[kind].y, place / grid.groups_across + 1u);
-#ifndef VACUUM
-  if (i == 0u)
-    sun_at_lens = sun_through_clouds() * sun_transmittance(transmittance, max(0.0, frame.camera_grid_m.z), frame.sun_direction.z) * frame.sun_irradiance;
-#endif
 }
