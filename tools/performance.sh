@@ -139,6 +139,31 @@ TEXT
   race_table
   cat <<'TEXT'
 
+Five times as fast was asked. Marching reaches the particles' distance at 20 to 30 steps, so it is 4.4 (colour) to 4.8 (transmittance) times on the
+field and 3.6 to 3.8 on the tower. More steps get nearer than whole particles can: the truth has none of the noise that erodes the
+particles' edges. Fewer than 16 step over them.
+
+## What was made faster
+
+Scene fair_weather, 640×360, low, scale 2, `tiled`; milliseconds of builds in turn on a quiet machine. Change: largest difference of a
+pixel of the linear image. All of these save work that a CPU does for lanes that have no use for it; a GPU, which skips what no thread
+needs, gains by the shorter lists alone.
+
+| step | pass | before | after | change |
+|---|---|---|---|---|
+| a kernel for every kind of image tile (sky, ground, clouds, anything); the layer's upscaling in it; octaves of the ground end with its footprint | composite, upscale | 48 | 22 | 1.5e-8 |
+| glare's sunlight found once, the sun's disc in mixed tiles only (in a slower hour) | composite | 24.0 | 22.3 | none |
+| next places of a list by words of 32 instead of one by one | shade_blend | 35 | 27 | none |
+| one loop for all lists of a particle instead of a loop a list | occlusion | 31 | 24 | none |
+| only cells that may get a weight look at the field; a feature is evaluated for one lattice, not three | grid_cells | 46 | 31 | none |
+| rays end above the clouds and under the ground | haze_shadow | 11 | 6 | 4e-4, as near to a finer volume as before |
+| whole frame | | 224 | 146 | |
+
+Tried and left out: a map of the blocks that features reach, so that cells elsewhere need not look (at a coverage of 0.45 hardly a block is
+free); haze shadows on 64×36 rays (3 ms less; against a volume 2.5 times as fine the sunset's relMSE goes from 0.0009 to 0.0060, with the phase function
+kept out of the volume 0.0056); light only for particles that some pixel shades (four fifths of the visible ones are); shading without
+its light, which would be the most that a lower rate of it could save, is 0.8 of shade_blend.
+
 ## Presets, beside the paper's
 
 [Yusov14] Table 1: ms a frame, particles at half resolution. Platform I: GeForce GTX 680, 1920×1080, without volume-aware

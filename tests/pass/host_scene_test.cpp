@@ -2,6 +2,7 @@
 // edges stay sharp when the cloud layer is coarser than the image.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -85,6 +86,41 @@ TEST_CASE("a host that has drawn nothing changes nothing") {
   }
   renderer->render(scene.camera, 0.0);
   CHECK(renderer->read_hdr() == alone);
+}
+
+// With a host every tile of the image is composed by the kernel that knows of everything, without one by that of its kind.
+TEST_CASE("a tile of sky, with clouds or none, is composed as one that may show anything") {
+  Scene scene = cloudy();
+  scene.clouds->coverage = 0.3f;  // clear tiles too
+  scene.camera.position_m.z = 300.0;
+  scene.camera.pitch_rad = 0.6;
+  const Host host(kWidth, kHeight, std::vector<float>(kWidth * kHeight, kNothing), 7.0f);
+  for (const std::uint32_t scale : {1u, 2u, 4u}) {
+    for (const bool sun_in_view : {false, true}) {
+      CAPTURE(scale);
+      CAPTURE(sun_in_view);
+      scene.sun.azimuth_rad = sun_in_view ? scene.camera.yaw_rad : scene.camera.yaw_rad + 2.0;
+      scene.sun.elevation_rad = 0.6;
+      const auto renderer = make_renderer(scene, scale);
+      renderer->render(scene.camera, 0.0);
+      const std::vector<float> alone = renderer->read_hdr(), layers = renderer->read_layers();
+      const std::vector<std::uint8_t> display = renderer->read_display();
+      renderer->render(scene.camera, 0.0, host.scene());
+      CHECK(renderer->read_hdr() == alone);
+      CHECK(renderer->read_display() == display);
+      const std::vector<float> mixed = renderer->read_layers();
+      float worst = 0.0f, clearest = 0.0f, densest = 1.0f;
+      for (std::size_t i = 0; i < layers.size(); ++i)
+        if (i % 5 < 4) worst = std::max(worst, std::abs(layers[i] - mixed[i]));  // clear tiles are 1, not a weighted sum of ones
+      for (std::size_t i = 3; i < layers.size(); i += 5) {
+        clearest = std::max(clearest, layers[i]);
+        densest = std::min(densest, layers[i]);
+      }
+      CHECK(worst <= 1e-6f);
+      CHECK(clearest == 1.0f);
+      CHECK(densest < 0.5f);
+    }
+  }
 }
 
 TEST_CASE("a wall hides clouds, sky and ground, and the air takes its share of it") {
