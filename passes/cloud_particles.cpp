@@ -257,21 +257,22 @@ void CloudParticles::add_listed(FrameBuilder& frame, const glm::dvec3& camera_wo
 }
 
 void CloudParticles::add_visible(FrameBuilder& frame, const Buffer& buffer) {
+  const Indirect every_particle{&counters_, offsetof(FrameCounters, particle_groups)};
+  frame.fill("visibility", places_, 0);
   frame.compute({.name = "visibility",
                  .kernel = &visibility_,
                  .bindings = {{0, buffer, Access::uniform},
                               {1, particles_, Access::storage_read},
                               {2, counters_, Access::storage_read},
                               {3, places_, Access::storage_write}},
-                 .push = as_push(capacity_),
-                 .groups = {groups_for(capacity_ + 1), 1, 1}});
+                 .indirect = every_particle});
   scan_.add(frame, "visibility", places_, capacity_ + 1, counters_, offsetof(FrameCounters, visible_demand));
   frame.compute({.name = "visibility",
                  .kernel = &visible_list_,
                  .bindings = {{0, places_, Access::storage_read},
                               {1, visible_, Access::storage_write},
                               {2, counters_, Access::storage_read_write}},
-                 .groups = {groups_for(capacity_), 1, 1}});
+                 .indirect = every_particle});
 }
 
 }  // namespace nephele

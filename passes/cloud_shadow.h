@@ -3,7 +3,8 @@
 // reads -> writes: frame constants, light tiles -> RGBA32F image of (kLightTiles * texels_per_tile)^2: opacity, and
 // multiplied by it the warped w of the clouds' top, mean and bottom (shaders/light.glsl has the look-up). Half floats
 // would do for the opacity, but place clouds seen from 200 km up in steps of 500 m.
-// cost: every texel walks its tile's list until the light is gone.
+// cost: every texel that a look-up from the camera's view can reach walks its tile's list until the light is gone; the others
+// keep what they had.
 #pragma once
 
 #include "passes/light_tiles.h"
@@ -18,9 +19,10 @@ class CloudShadow {
   const Image& add(FrameBuilder& frame, const Buffer& constants, const LightTileLists& tiles);
 
  private:
-  ComputeKernel kernel_;
+  ComputeKernel tiles_kernel_, kernel_;
   std::uint32_t side_;
   Image shadow_;
+  Buffer shadow_tiles_;
 };
 
 }  // namespace nephele

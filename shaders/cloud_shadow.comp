@@ -13,6 +13,7 @@ layout(scalar, set = 0, binding = 1) readonly buffer Occluders { Occluder occlud
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer List { uint list[]; };
 layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D shadow;
+layout(scalar, set = 0, binding = 5) readonly buffer ShadowTiles { uvec3 tile_groups; uint tile_count; uint shadow_tiles[]; };  // shadow_tiles.comp
 
 const float kOpaqueTransmittance = 1.0e-3;  // the rest of the list changes less than this
 const float kSlightOpacity = 1.0e-3;        // too little to count as the clouds' beginning or end
@@ -20,7 +21,9 @@ const float kSlightOpacity = 1.0e-3;        // too little to count as the clouds
 void main() {
   // Neighbouring threads share a tile, and so its list.
   const uint texels = kTexelsPerTile * kTexelsPerTile;
-  const uint tile_index = gl_GlobalInvocationID.x / texels;
+  const uint place = gl_GlobalInvocationID.x / texels;
+  if (place >= tile_count) return;
+  const uint tile_index = shadow_tiles[place];
   const uint texel_index = gl_GlobalInvocationID.x % texels;
   const uvec2 texel = uvec2(tile_index % kLightTiles, tile_index / kLightTiles) * kTexelsPerTile +
                       uvec2(texel_index % kTexelsPerTile, texel_index / kTexelsPerTile);
