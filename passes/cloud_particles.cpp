@@ -159,6 +159,8 @@ CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameCons
   start.particle_count = std::min(listed_count_, capacity_);
   start.particle_groups = {groups_for(start.particle_count), 1, 1};
   start.found_cell_groups = {0, 1, 1};
+  start.visible_groups = {0, 1, 1};  // where there are no particles, nothing writes these
+  start.draw = {0, 1, 0, 0};
   frame.update("grid_cells", counters_, as_push(start));
   if (constants.clouds_enabled && most_coverage_ > 0.0f) add_grid(frame, constants, buffer, weather);
   if (listed_count_ > 0) add_listed(frame, camera_world_m);
