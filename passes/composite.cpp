@@ -1,5 +1,7 @@
 #include "passes/composite.h"
 
+#include <span>
+
 #include "shared/world.h"
 
 namespace nephele {

@@ -8,6 +8,7 @@
 //   Tiles of pixels are sorted by what they may show, each kind has a kernel of its own.
 #pragma once
 
+#include <array>
 #include <glm/glm.hpp>
 
 #include "engine/frame.h"

@@ -18,7 +18,7 @@ uint row_begin[kScreenTilePx + 1u];  // of each row's segments in the stack
 
 // The list's places whose particles may cover a pixel of this thread's column: words of 32 places, a row after the other in
 // each. Made once, so that the next place is one look at a word; looking at the masks one place after the other took the
-// eight threads half a million rounds a frame, a third of the time.
+// eight threads half a million rounds a frame, a quarter of the time.
 const uint kWordPlaces = 32u;
 uint covering[kColumnPlaces / kWordPlaces * kScreenTilePx];
 

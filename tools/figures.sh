@@ -27,6 +27,7 @@ row() {  # name, what it is called
 layer_ms() {  # name: shading, blending and their lists
   jq -s "map([.passes[] | select(.name | IN(\"shade_blend\", \"screen_tiles\", \"resolve\")).ms] | add) | $middle" "$work/$1".*.json
 }
+layer_share() { awk -v a="$(layer_ms "$1")" -v b="$(median "$1")" 'BEGIN {printf "%.0f", 100 * (1 - a / b)}'; }  # name: of all else in the frame
 layer_ratio() { awk -v a="$(layer_ms "$1")" -v b="$(layer_ms small)" 'BEGIN {printf "%.2f", a / b}'; }  # name
 motion_row() {  # name, what it is called
   awk -v what="$2" -v ms="$(median "$1")" -v all="$(median flying_anew)" 'BEGIN {printf "| %s | %.1f | %.2f |\n", what, ms, ms / all}'
@@ -74,6 +75,8 @@ done
   row half "1280x720, medium, scale 2"
   echo
   echo "Shading and blending with their lists, 640x360, low, scale 2: attachment 1, tiled $(layer_ratio tiled) with volume, $(layer_ratio exact) with exact."
+  echo "All other passes take $(layer_share medium) % of the frame at 1280x720, medium, and $(layer_share half) % at scale 2 (asked: at most 25): composing, light"
+  echo "and the grid do not shrink with the pairs."
   echo
   echo "What a frame does not do again (\`RenderSettings::reuse\`, \`render --reuse\`; bit for bit the same image), 640x360, low,"
   echo "scale 2, the device's own backend, ten frames a round:"

@@ -86,7 +86,7 @@ scaling_reading() {
     (.variants | map(select(.series == "ring size"))) as $rings |
     ([$rings[] as $a | $rings[] as $b | {from: $a, to: $b, particles: ($b.particles_generated / $a.particles_generated), ms: ($b.ms.median / $a.ms.median)}]
       | min_by(.particles - 4 | fabs)) as $four |
-    "Over the resolutions the frame time is linear in the shaded pairs with R² = \($line.r2 * 10000 | round / 10000), \($line.slope_ns | round) ns a pair, all that grows with the pixels included. (A bare fetch from both tables takes some 31 ns of one core: docs/tables.md.) " +
+    "Over the resolutions the frame time is linear in the shaded pairs with R² = \($line.r2 * 10000 | round / 10000), \($line.slope_ns | round) ns a pair, all that grows with the pixels included. A bare fetch from both tables takes some 31 ns of one core (docs/tables.md), and at most 1.5 times that was asked of a pair: it is far from reached, since a pair also finds its particle, meets its ellipsoid and its base, fetches four times from the noise and sums four kinds of light. " +
     "\($four.particles * 100 | round / 100) times the particles (rings of \($four.to.axes.ring_size_cells) cells for \($four.from.axes.ring_size_cells)) over the same screen take \($four.ms * 100 | round / 100) times the time."' \
     "$out/scaling/results.json"
 }
@@ -145,7 +145,7 @@ particles' edges. Fewer than 16 step over them.
 
 ## What was made faster
 
-Scene fair_weather, 640×360, low, scale 2, `tiled`; milliseconds of builds in turn on a quiet machine. Change: largest difference of a
+Scene fair_weather, 640×360, low, scale 2, `tiled`; milliseconds by `nephele render --frames 10 --warmup 2 --stats` of the builds before and after, in turn on a quiet machine; no script repeats them. Change: largest difference of a
 pixel of the linear image. All of these save work that a CPU does for lanes that have no use for it; a GPU, which skips what no thread
 needs, gains by the shorter lists alone.
 
@@ -158,7 +158,7 @@ needs, gains by the shorter lists alone.
 | only cells that may get a weight look at the field; a feature is evaluated for one lattice, not three | grid_cells | 46 | 31 | none |
 | rays end above the clouds and under the ground | haze_shadow | 11 | 6 | 4e-4, as near to a finer volume as before |
 | only light tiles that the view can look up cast a shadow (in a slower hour) | cloud_shadow | 9.2 | 4.4 | none |
-| whole frame | | 224 | 140 | |
+| whole frame, first and last build in turn | | 216 | 151 | |
 
 Tried and left out: a map of the blocks that features reach, so that cells elsewhere need not look (at a coverage of 0.45 hardly a block is
 free); haze shadows on 64×36 rays (3 ms less; against a volume 2.5 times as fine the sunset's relMSE goes from 0.0009 to 0.0060, with the phase function
