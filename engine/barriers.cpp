@@ -44,7 +44,9 @@ void require(PlannedBarrier& barrier, const Scope& from, const Scope& to) {
 AccessMasks access_masks(Access access) {
   switch (access) {
     case Access::uniform: return {kShaders, VK_ACCESS_2_UNIFORM_READ_BIT, 0};
-    case Access::sampled: return {kShaders, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, 0};
+    case Access::sampled:
+    case Access::texels:
+    case Access::words: return {kShaders, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT, 0};
     case Access::storage_read: return {kShaders, VK_ACCESS_2_SHADER_STORAGE_READ_BIT, 0};
     case Access::storage_write: return {kShaders, 0, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT};
     case Access::storage_read_write: return {kShaders, VK_ACCESS_2_SHADER_STORAGE_READ_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT};
@@ -66,6 +68,8 @@ const char* access_name(Access access) {
   switch (access) {
     case Access::uniform: return "uniform";
     case Access::sampled: return "sampled";
+    case Access::texels: return "texels";
+    case Access::words: return "words";
     case Access::storage_read: return "storage_read";
     case Access::storage_write: return "storage_write";
     case Access::storage_read_write: return "storage_read_write";

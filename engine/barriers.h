@@ -15,6 +15,8 @@ namespace nephele {
 enum class Access : std::uint8_t {
   uniform,             // uniform buffer, any shader stage
   sampled,             // sampled image, any shader stage
+  texels,              // a buffer as uniform texel buffer of four 32-bit words a texel, any shader stage
+  words,               // the same of one word a texel
   storage_read,        // storage buffer or image, read only
   storage_write,       // storage buffer or image, write only (whatever is not written keeps its value)
   storage_read_write,  // both, atomics included

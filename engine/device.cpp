@@ -121,6 +121,7 @@ DeviceInfo query_info(VkPhysicalDevice physical, std::uint32_t index) {
   info.type = properties.properties.deviceType;
   info.api_version = properties.properties.apiVersion;
   info.max_storage_buffer_bytes = properties.properties.limits.maxStorageBufferRange;
+  info.max_texel_buffer_elements = properties.properties.limits.maxTexelBufferElements;
   info.timestamp_period_ns = properties.properties.limits.timestampPeriod;
   if (info.api_version < VK_API_VERSION_1_3) {
     info.missing = "Vulkan 1.3";

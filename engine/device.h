@@ -25,6 +25,7 @@ struct DeviceInfo {
   bool ordered_attachment_access = false;     // the attachment blending backend
   bool fragment_count_query = false;          // pipeline statistics: optional, for the figures
   VkDeviceSize max_storage_buffer_bytes = 0;
+  std::uint32_t max_texel_buffer_elements = 0;
   float timestamp_period_ns = 0;
 };
 

@@ -23,12 +23,14 @@ void check_bindings(const std::string& step, const PipelineLayout& layout, const
     NEPHELE_CHECK(at != bindings.end(), step, " / ", layout.name(), ": binding ", reflected.binding, " (", reflected.name, ") is not declared");
     const std::string& resource = resource_name(at->resource);
     const bool storage = reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER || reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-    const bool buffer = reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER || reflected.type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+    const bool texels = reflected.type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+    const bool buffer = texels || reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER || reflected.type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     NEPHELE_CHECK(buffer != is_image(at->resource), step, " / ", layout.name(), ": ", resource, " at binding ", reflected.binding, " is of the wrong kind");
     Access wanted = Access::uniform;
     if (storage) wanted = reflected.writes ? (reflected.reads ? Access::storage_read_write : Access::storage_write) : Access::storage_read;
     if (reflected.type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER) wanted = Access::sampled;
     if (reflected.type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT) wanted = Access::color_ordered;
+    if (texels) wanted = at->access == Access::words ? Access::words : Access::texels;  // how many words a texel has, the shader doesn't say
     NEPHELE_CHECK(at->access == wanted, step, " / ", layout.name(), ": ", resource, " at binding ", reflected.binding, " is declared ",
                   access_name(at->access), ", the shader's ", reflected.name, " is ", access_name(wanted));
   }
@@ -191,7 +193,8 @@ FrameExecutor::FrameExecutor(Device& device) : device_(device) {
 
   std::vector<VkDescriptorPoolSize> sizes;
   for (VkDescriptorType type : {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE,
-                                VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT})
+                                VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT,
+                                VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER})
     sizes.push_back({type, kMaxDescriptors});
   VkDescriptorPoolCreateInfo descriptors{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   descriptors.maxSets = kMaxSets;
@@ -311,6 +314,7 @@ VkDescriptorSet FrameExecutor::allocate_set(const PipelineLayout& layout, const 
 
   std::vector<VkDescriptorBufferInfo> buffers(bindings.size());
   std::vector<VkDescriptorImageInfo> images(bindings.size());
+  std::vector<VkBufferView> views(bindings.size());
   std::vector<VkWriteDescriptorSet> writes;
   for (std::size_t i = 0; i < bindings.size(); ++i) {
     const Binding& binding = bindings[i];
@@ -327,6 +331,10 @@ VkDescriptorSet FrameExecutor::allocate_set(const PipelineLayout& layout, const 
       images[i] = {sampled ? samplers[static_cast<int>(binding.sampler)] : VK_NULL_HANDLE, std::get<const Image*>(binding.resource)->view(),
                    VK_IMAGE_LAYOUT_GENERAL};
       write.pImageInfo = &images[i];
+    } else if (at->type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER) {
+      const VkFormat format = binding.access == Access::words ? VK_FORMAT_R32_UINT : VK_FORMAT_R32G32B32A32_UINT;
+      views[i] = std::get<const Buffer*>(binding.resource)->texel_view(format);
+      write.pTexelBufferView = &views[i];
     } else {
       buffers[i] = {std::get<const Buffer*>(binding.resource)->vk(), 0, VK_WHOLE_SIZE};
       write.pBufferInfo = &buffers[i];

@@ -61,7 +61,8 @@ Buffer::Buffer(Device& device, std::string name, VkDeviceSize bytes, Memory memo
   info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   VkMemoryPropertyFlags properties = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   if (memory == Memory::device)
-    info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+    info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                  VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   else
     properties = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT |
                  (memory == Memory::readback ? VK_MEMORY_PROPERTY_HOST_CACHED_BIT : 0);
@@ -80,6 +81,8 @@ Buffer::Buffer(Device& device, std::string name, VkDeviceSize bytes, Memory memo
 
 Buffer::~Buffer() {
   if (!buffer_) return;
+  vkDestroyBufferView(device_->vk(), words_, nullptr);
+  vkDestroyBufferView(device_->vk(), texels_, nullptr);
   vkDestroyBuffer(device_->vk(), buffer_, nullptr);
   vkFreeMemory(device_->vk(), memory_, nullptr);
   device_->count_free(allocated_);
@@ -93,6 +96,22 @@ void Buffer::swap(Buffer& other) noexcept {
   std::swap(bytes_, other.bytes_);
   std::swap(allocated_, other.allocated_);
   std::swap(mapped_, other.mapped_);
+  std::swap(words_, other.words_);
+  std::swap(texels_, other.texels_);
+}
+
+VkBufferView Buffer::texel_view(VkFormat format) const {
+  NEPHELE_CHECK(format == VK_FORMAT_R32_UINT || format == VK_FORMAT_R32G32B32A32_UINT, name_, ": format ", static_cast<int>(format));
+  VkBufferView& view = format == VK_FORMAT_R32_UINT ? words_ : texels_;
+  if (view) return view;
+  const VkDeviceSize texel_bytes = format == VK_FORMAT_R32_UINT ? 4 : 16;
+  NEPHELE_CHECK(bytes_ / texel_bytes <= device_->info().max_texel_buffer_elements, name_, ": ", bytes_, " bytes as texels");
+  VkBufferViewCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
+  info.buffer = buffer_;
+  info.format = format;
+  info.range = VK_WHOLE_SIZE;
+  NEPHELE_VK(vkCreateBufferView(device_->vk(), &info, nullptr, &view));
+  return view;
 }
 
 void Buffer::write(std::span<const std::byte> data) {

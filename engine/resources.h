@@ -35,6 +35,9 @@ class Buffer {
   const std::string& name() const { return name_; }
   void* mapped() const { return mapped_; }
 
+  // The whole buffer as texels of R32_UINT or R32G32B32A32_UINT, made at the first call; device memory only.
+  VkBufferView texel_view(VkFormat format) const;
+
   // Blocking transfers through a staging buffer: for set-up, tools and tests, never inside a frame.
   void write(std::span<const std::byte> data);
   void read(std::span<std::byte> data) const;
@@ -57,6 +60,7 @@ class Buffer {
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
   VkDeviceSize bytes_ = 0, allocated_ = 0;
   void* mapped_ = nullptr;
+  mutable VkBufferView words_ = VK_NULL_HANDLE, texels_ = VK_NULL_HANDLE;
 };
 
 struct ImageDesc {

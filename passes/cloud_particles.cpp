@@ -37,14 +37,16 @@ std::vector<shared::ListedSource> listed_sources(std::span<const ListedParticle>
 
 // As cloud_features.glsl has it.
 struct GridPush {
-  std::array<shared::FeatureWindow, shared::kCloudLattices> windows;
+  std::array<shared::FeatureWindow, shared::kCloudLattices> windows, near_windows;
   shared::WeatherPlacement weather;
 };
 
 GridPush grid_push(const FrameConstants& constants, const shared::WeatherPlacement& weather) {
-  GridPush push{{}, weather};
-  for (std::uint32_t lattice = 0; lattice < shared::kCloudLattices; ++lattice)
+  GridPush push{{}, {}, weather};
+  for (std::uint32_t lattice = 0; lattice < shared::kCloudLattices; ++lattice) {
     push.windows[lattice] = shared::feature_window(constants, lattice);
+    push.near_windows[lattice] = shared::near_window(constants, lattice);
+  }
   return push;
 }
 
@@ -115,6 +117,7 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
 CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, std::span<const ListedParticle> listed,
                                std::uint32_t capacity, const WeatherMap* map)
     : features_kernel_(device, shaders::cloud_features_comp),
+      near_(device, shaders::cloud_features_near_comp),
       list_(device, shaders::grid_list_comp),
       cells_(device, shaders::grid_cells_comp),
       show_(device, shaders::grid_show_comp),
@@ -131,9 +134,11 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       capacity_(capacity > 0 ? capacity : capacity_for(device.info(), with_coverage(constants, most_coverage_))),
       cell_count_(constants.clouds_enabled ? shared::grid_cell_count(constants) : 0),
       feature_count_(constants.clouds_enabled ? shared::feature_count(constants) : 0),
+      near_count_(constants.clouds_enabled ? shared::near_count(constants) : 0),
       scan_(device, std::max(cell_count_, capacity_) + 1),
       weather_map_(device, "weather_map", packed_texels(map).size() * sizeof(std::uint32_t)),
       features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
+      features_near_(device, "cloud_features_near", VkDeviceSize{std::max(near_count_, 1u)} * sizeof(std::uint32_t)),
       cell_list_(device, "cell_list", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
       cell_clouds_(device, "cell_clouds", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
       cell_counts_(device, "cell_counts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
@@ -175,6 +180,11 @@ void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const 
                  .push = push,
                  .groups = {groups_for(feature_count_), 1, 1}});
   frame.compute({.name = "grid_cells",
+                 .kernel = &near_,
+                 .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::texels}, {2, features_near_, Access::storage_write}},
+                 .push = push,
+                 .groups = {groups_for(near_count_), 1, 1}});
+  frame.compute({.name = "grid_cells",
                  .kernel = &list_,
                  .bindings = {{0, buffer, Access::uniform},
                               {1, cell_list_, Access::storage_write},
@@ -184,12 +194,13 @@ void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const 
   frame.compute({.name = "grid_cells",
                  .kernel = &cells_,
                  .bindings = {{0, buffer, Access::uniform},
-                              {1, features_, Access::storage_read},
+                              {1, features_, Access::texels},
                               {2, cell_clouds_, Access::storage_write},
                               {3, cell_counts_, Access::storage_write},
                               {4, weather_map_, Access::storage_read},
                               {5, cell_list_, Access::storage_read},
-                              {6, counters_, Access::storage_read}},
+                              {6, counters_, Access::storage_read},
+                              {7, features_near_, Access::words}},
                  .push = push,
                  .indirect = {&counters_, offsetof(FrameCounters, found_cell_groups)}});
 }
@@ -235,7 +246,7 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
   frame.compute({.name = "particles",
                  .kernel = &particles_kernel_,
                  .bindings = {{0, buffer, Access::uniform},
-                              {1, features_, Access::storage_read},
+                              {1, features_, Access::texels},
                               {2, cell_clouds_, Access::storage_read},
                               {3, cell_first_, Access::storage_read},
                               {4, particle_cell_, Access::storage_read},

@@ -65,13 +65,13 @@ class CloudParticles {
   void add_listed(FrameBuilder& frame, const glm::dvec3& camera_world_m);
   void add_visible(FrameBuilder& frame, const Buffer& buffer);
 
-  ComputeKernel features_kernel_, list_, cells_, show_, fit_, thin_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
+  ComputeKernel features_kernel_, near_, list_, cells_, show_, fit_, thin_, expand_, particles_kernel_, listed_kernel_, visibility_, visible_list_;
   glm::ivec2 map_size_;  // texels; 0: no map
   float most_coverage_;  // anywhere
-  std::uint32_t listed_count_, capacity_, cell_count_, feature_count_;
+  std::uint32_t listed_count_, capacity_, cell_count_, feature_count_, near_count_;
   PrefixSum scan_;
   std::optional<Found> found_;  // of the kept cells
-  Buffer weather_map_, features_, cell_list_, cell_clouds_, cell_counts_, cell_first_, distance_counts_, particle_cell_, listed_, particles_, places_, visible_,
+  Buffer weather_map_, features_, features_near_, cell_list_, cell_clouds_, cell_counts_, cell_first_, distance_counts_, particle_cell_, listed_, particles_, places_, visible_,
       counters_;
 };
 

@@ -30,9 +30,9 @@ const Image& CloudShadow::add(FrameBuilder& frame, const Buffer& constants, cons
   frame.compute({.name = "cloud_shadow",
                  .kernel = &kernel_,
                  .bindings = {{0, constants, Access::uniform},
-                              {1, tiles.occluders, Access::storage_read},
+                              {1, tiles.occluders, Access::texels},
                               {2, tiles.ranges, Access::storage_read},
-                              {3, tiles.list, Access::storage_read},
+                              {3, tiles.list, Access::words},
                               {4, shadow_, Access::storage_write},
                               {5, shadow_tiles_, Access::storage_read}},
                  .indirect = {&shadow_tiles_, 0}});

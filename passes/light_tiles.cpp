@@ -12,7 +12,7 @@ LightTiles::LightTiles(Device& device, std::uint32_t particle_capacity, std::uin
     : occluders_kernel_(device, shaders::light_occluders_comp),
       sun_sort_(device, "sun_sort", std::max(particle_capacity, 1u)),
       pairs_(device, "light_tile", sun_sort_.capacity(), pair_capacity, shared::kLightTiles, shared::kLightTiles),
-      occluders_(device, "light_occluders", VkDeviceSize{sun_sort_.capacity()} * sizeof(shared::Occluder)),
+      occluders_(device, "light_occluders", VkDeviceSize{sun_sort_.capacity()} * sizeof(shared::PackedOccluder)),
       rectangles_(device, "light_rectangles", VkDeviceSize{sun_sort_.capacity()} * sizeof(glm::uvec2)) {}
 
 LightTileLists LightTiles::add(FrameBuilder& frame, const Buffer& constants, const Buffer& particles,

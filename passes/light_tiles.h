@@ -15,7 +15,7 @@ namespace nephele {
 
 // What occlusion and cloud shadows read: TileLists of particle indices.
 struct LightTileLists {
-  const Buffer& occluders;  // Occluder per particle
+  const Buffer& occluders;  // PackedOccluder per particle
   const Buffer& ranges;
   const Buffer& list;
 };

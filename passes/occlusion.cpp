@@ -22,9 +22,9 @@ const Buffer& Occlusion::add(FrameBuilder& frame, const Buffer& constants, const
                                 {1, particles, Access::storage_read},
                                 {2, visible, Access::storage_read},
                                 {3, counters, Access::storage_read},
-                                {4, tiles.occluders, Access::storage_read},
+                                {4, tiles.occluders, Access::texels},
                                 {5, tiles.ranges, Access::storage_read},
-                                {6, tiles.list, Access::storage_read},
+                                {6, tiles.list, Access::words},
                                 {7, lights_, Access::storage_write}},
                    .indirect = {&counters, offsetof(FrameCounters, visible_groups)}};
   if (transmittance) step.bindings.emplace_back(8, *transmittance, Access::sampled);

@@ -14,12 +14,8 @@ layout(scalar, set = 0, binding = 1) writeonly buffer Features { PackedFeature f
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
-  uint lattice = 0u;
-  for (uint k = 1u; k < kCloudLattices; ++k) lattice += i >= windows[k].first ? 1u : 0u;
-  const FeatureWindow window = windows[lattice];
-  const uint local = i - window.first;
-  const uint side = uint(window.side);
-  if (local >= side * side) return;
-  const ivec2 cell = window.corner + ivec2(int(local % side), int(local / side));
+  uint lattice;
+  ivec2 cell;
+  if (!cell_of_slot(windows, i, lattice, cell)) return;
   features[i] = pack_feature(cloud_feature(frame_cloud_params(), lattice, cell));
 }

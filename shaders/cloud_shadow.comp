@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#include "shared/light.h"
+#include "occluders.glsl"
 
 // Each texel: how much of the sunlight along one ray the clouds take away, and where along it. All but the first
 // channel are multiplied by the first, so that bilinear filtering ignores texels without cloud.
@@ -9,9 +9,9 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kTexelsPerTile = 2u;  // along a side; a power of 2, at most 8
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) readonly buffer Occluders { Occluder occluders[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer occluders;  // PackedOccluder
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
-layout(scalar, set = 0, binding = 3) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 3) uniform usamplerBuffer list;
 layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D shadow;
 layout(scalar, set = 0, binding = 5) readonly buffer ShadowTiles { uvec3 tile_groups; uint tile_count; uint shadow_tiles[]; };  // shadow_tiles.comp
 
@@ -35,7 +35,7 @@ void main() {
   float transmittance = 1.0;
   float top_m = -1.0e30, bottom_m = 1.0e30, weighted_m = 0.0;
   for (uint i = range.x; i < range.y && transmittance > kOpaqueTransmittance; ++i) {
-    const Occluder occluder = occluders[list[i]];
+    const Occluder occluder = occluder_at(occluders, word_at(list, i));
     const SunChord chord = sun_chord(occluder, far_end, up);
     const float opacity = transmittance * (1.0 - exp(-chord_depth(occluder, chord)));
     transmittance -= opacity;

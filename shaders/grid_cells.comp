@@ -8,6 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 #define READS_WEATHER 4
+#define READS_NEAR 7
 #include "cloud_features.glsl"
 #include "shared/cloud_particles.h"
 layout(scalar, set = 0, binding = 2) writeonly buffer CellClouds { PackedCellCloud cell_clouds[]; };

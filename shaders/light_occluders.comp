@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) readonly buffer Particles { Particle particles[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
-layout(scalar, set = 0, binding = 3) writeonly buffer Occluders { Occluder occluders[]; };
+layout(scalar, set = 0, binding = 3) writeonly buffer Occluders { PackedOccluder occluders[]; };
 layout(scalar, set = 0, binding = 4) writeonly buffer Rectangles { uvec2 rectangles[]; };
 layout(scalar, set = 0, binding = 5) writeonly buffer Keys { uint keys[]; };
 layout(scalar, set = 0, binding = 6) writeonly buffer Values { uint values[]; };
@@ -20,7 +20,7 @@ void main() {
   if (i >= counters.particle_count) return;
   LightBounds bounds;
   const Occluder occluder = make_occluder(particles[i], frame.light_from_render, frame.camera_grid_m.z, bounds);
-  occluders[i] = occluder;
+  occluders[i] = pack_occluder(occluder);
   rectangles[i] = occluder.extinction_per_m > 0.0 ? light_rectangle(bounds, frame.view_distance_m) : kNoTiles;
   keys[i] = sun_key(occluder.top_m, frame.view_distance_m);
   values[i] = i;

@@ -14,9 +14,9 @@ layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) readonly buffer Particles { Particle particles[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer Counters { FrameCounters counters; };
-layout(scalar, set = 0, binding = 4) readonly buffer Occluders { Occluder occluders[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer occluders;  // PackedOccluder
 layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
-layout(scalar, set = 0, binding = 6) readonly buffer List { uint list[]; };
+layout(set = 0, binding = 6) uniform usamplerBuffer list;
 layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
 #ifdef WITH_AIR
 layout(set = 0, binding = 8) uniform sampler2D transmittance;

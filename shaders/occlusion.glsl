@@ -1,9 +1,9 @@
 // Traversal of the light tiles' lists ([Yusov14] 5.3 step 2). The including shader declares, before this:
-// FrameConstants frame; Occluder occluders[]; uvec2 ranges[]; uint list[].
+// FrameConstants frame; texels occluders; uvec2 ranges[]; words list.
 #ifndef NEPHELE_OCCLUSION_GLSL
 #define NEPHELE_OCCLUSION_GLSL
 
-#include "shared/light.h"
+#include "occluders.glsl"
 
 uint light_tile_at(vec3 at_m) { return light_tile_index(light_tile(at_m.xy, frame.view_distance_m)); }
 
@@ -49,8 +49,8 @@ SunColumn sun_column(vec3 points_m[4], vec3 center_m, uint except) {
       end = ranges[tiles[k]].y;
     }
     if (i >= end) break;
-    const uint index = list[i++];
-    const Occluder occluder = occluders[index];
+    const uint index = word_at(list, i++);
+    const Occluder occluder = occluder_at(occluders, index);
     if (occluder.top_m < stop_m) end = i;  // and so are all that follow
     if (occluder.top_m < stop_m || index == except) continue;
     float least = kMaxSunOpticalDepth;
@@ -97,7 +97,7 @@ Neighbourhood neighbourhood(Particle particle) {
       end = ranges[tile].y;
     }
     if (i >= end) break;
-    const Occluder occluder = occluders[list[i++]];
+    const Occluder occluder = occluder_at(occluders, word_at(list, i++));
     if (occluder.top_m < stop_m) end = i;
     else extinction[points - 1u] += occluder_extinction(occluder, at_m, up);
   }

@@ -217,27 +217,62 @@ struct FeatureWindow {
   uint first;     // index of its first feature among all lattices'
 };
 
-NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
-  // The field is looked at inside cells whose centre is within reach; the warp moves by kWarpM.
+// How far from the middle of the camera's finest cell the field is looked at, in rings up to the last one: inside cells whose
+// centre is within reach; the warp moves by kWarpM.
+NEPHELE_FN float looked_at_m(FrameConstants frame, uint last_ring) {
+  float reach_m = min(cloud_reach_m(frame), ring_reach_m(frame, last_ring));
+  return reach_m + ring_cell_m(frame, 0u) + 0.5f * ring_cell_m(frame, last_ring) + 1.5f * kWarpM;
+}
+
+// The cells of a lattice in a square of half side `reach` around the camera, and one more all round.
+NEPHELE_FN FeatureWindow window_within(FrameConstants frame, uint lattice, float reach, uint first) {
   float finest_m = ring_cell_m(frame, 0u);
-  float reach = cloud_reach_m(frame) + finest_m + 0.5f * ring_cell_m(frame, frame.ring_count - 1u) + 1.5f * kWarpM;
   vec2 middle_m = vec2((float(frame.camera_cell.x) + 0.5f) * finest_m, (float(frame.camera_cell.y) + 0.5f) * finest_m);
+  float n = float(feature_cells(lattice));
   FeatureWindow window;
-  window.corner = ivec2(0);
-  window.side = 0;
-  window.first = 0u;
-  for (uint i = 0u; i <= lattice; ++i) {
-    window.first += uint(window.side * window.side);
-    float n = float(feature_cells(i));
-    window.side = 2 * int(ceil(reach * (n / kOriginUnitM))) + 4;
-    window.corner = ivec2(floor((middle_m - vec2(reach)) * (n / kOriginUnitM))) - ivec2(1);
-  }
+  window.corner = ivec2(floor((middle_m - vec2(reach)) * (n / kOriginUnitM))) - ivec2(1);
+  window.side = 2 * int(ceil(reach * (n / kOriginUnitM))) + 4;
+  window.first = first;
+  return window;
+}
+NEPHELE_FN uint end_of(FeatureWindow window) { return window.first + uint(window.side * window.side); }
+
+NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
+  float reach = looked_at_m(frame, frame.ring_count - 1u);
+  FeatureWindow window = window_within(frame, 0u, reach, 0u);
+  for (uint i = 1u; i <= lattice; ++i) window = window_within(frame, i, reach, end_of(window));
   return window;
 }
 
-NEPHELE_FN uint feature_count(FrameConstants frame) {
-  FeatureWindow last = feature_window(frame, kCloudLattices - 1u);
-  return last.first + uint(last.side * last.side);
+// Where it pays to know which features reach into a cell of the lattice, because several places in it are looked at: rings
+// of cells no larger than the lattice's.
+NEPHELE_FN float near_reach_m(FrameConstants frame, uint lattice) {
+  uint ring = 0u;
+  while (ring + 1u < frame.ring_count && ring_cell_m(frame, ring + 1u) <= lattice_cell_m(feature_cells(lattice))) ++ring;
+  return looked_at_m(frame, ring);
+}
+
+NEPHELE_FN FeatureWindow near_window(FrameConstants frame, uint lattice) {
+  FeatureWindow window = window_within(frame, 0u, near_reach_m(frame, 0u), 0u);
+  for (uint i = 1u; i <= lattice; ++i) window = window_within(frame, i, near_reach_m(frame, i), end_of(window));
+  return window;
+}
+
+NEPHELE_FN uint feature_count(FrameConstants frame) { return end_of(feature_window(frame, kCloudLattices - 1u)); }
+NEPHELE_FN uint near_count(FrameConstants frame) { return end_of(near_window(frame, kCloudLattices - 1u)); }
+
+// A cell of the 3 x 3 neighbourhood, counted row by row.
+NEPHELE_CONST(uint, kWholeNeighbourhood, 0x1ffu);
+NEPHELE_FN ivec2 neighbour_cell(ivec2 cell, uint i) { return cell + ivec2(int(i % 3u) - 1, int(i / 3u) - 1); }
+
+// Whether some place in a lattice cell may lie in the feature's ellipse.
+NEPHELE_FN bool feature_reaches(CloudFeature f, uint lattice, ivec2 cell) {
+  float spacing = lattice_cell_m(feature_cells(lattice));
+  vec2 lower_m = vec2(float(cell.x), float(cell.y)) * spacing;
+  float dx = f.center_m.x - clamp(f.center_m.x, lower_m.x, lower_m.x + spacing);
+  float dy = f.center_m.y - clamp(f.center_m.y, lower_m.y, lower_m.y + spacing);
+  float reach_m = f.radius_m * f.stretch + 1.0f;  // rounding
+  return f.radius_m > 0.0f && dx * dx + dy * dy < reach_m * reach_m;
 }
 
 // Where a feature is kept; features outside the window, which no particle needs, alias those at its border.

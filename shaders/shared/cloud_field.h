@@ -8,9 +8,13 @@
 
 #include "cloud_features.h"
 
-// A shader that has the features in a buffer defines this before including the file.
+// A shader that has the features in a buffer defines these before including the file. A *place* is how it finds a lattice cell.
 #ifndef NEPHELE_CLOUD_FEATURE
-#define NEPHELE_CLOUD_FEATURE(params, lattice, cell) pack_feature(cloud_feature(params, lattice, cell))
+#define NEPHELE_FEATURE_PLACE ivec2
+#define NEPHELE_FEATURE_PLACE_OF(lattice, cell) (cell)
+// The features of the 3 x 3 neighbourhood that reach into the cell, or more, one bit each, row by row.
+#define NEPHELE_FEATURES_NEAR(lattice, place) kWholeNeighbourhood
+#define NEPHELE_CLOUD_FEATURE(params, lattice, place, i) pack_feature(cloud_feature(params, lattice, neighbour_cell(place, i)))
 #endif
 
 NEPHELE_SHARED_BEGIN
@@ -52,26 +56,30 @@ NEPHELE_FN CloudSample cloud_sample(CloudParams params, vec2 p_m) {
     radius = weights * kDeckRadiusM;
     vigour = weights * deck_vigour;
   }
-  for (uint lattice = 0u; lattice < kCloudLattices; ++lattice) {
-    vec2 cell = floor(lattice_position(q, feature_cells(lattice)));
-    for (int y = -1; y <= 1; ++y)
-      for (int x = -1; x <= 1; ++x) {
-        CloudFeature f = unpack_feature(NEPHELE_CLOUD_FEATURE(params, lattice, ivec2(cell) + ivec2(x, y)));
-        if (f.radius_m <= 0.0f) continue;
-        float dx = q.x - f.center_m.x;
-        float dy = q.y - f.center_m.y;
-        float axis_y = sqrt(max(0.0f, 1.0f - f.axis_x * f.axis_x));
-        float along = (f.axis_x * dx + axis_y * dy) / f.stretch;
-        float across = f.axis_x * dy - axis_y * dx;
-        float d = 1.0f - sqrt(along * along + across * across) / f.radius_m;
-        if (d <= 0.0f) continue;
-        nearest = max(nearest, d);
-        // Where clouds merge, their size and vigour blend, so that no wall stands between them.
-        float w = d * d * f.radius_m;
-        weights += w;
-        radius += w * f.radius_m;
-        vigour += w * f.vigour;
-      }
+  NEPHELE_FEATURE_PLACE place0 = NEPHELE_FEATURE_PLACE_OF(0u, ivec2(floor(lattice_position(q, kFeatureCells0))));
+  NEPHELE_FEATURE_PLACE place1 = NEPHELE_FEATURE_PLACE_OF(1u, ivec2(floor(lattice_position(q, kFeatureCells1))));
+  NEPHELE_FEATURE_PLACE place2 = NEPHELE_FEATURE_PLACE_OF(2u, ivec2(floor(lattice_position(q, kFeatureCells2))));
+  uint left = NEPHELE_FEATURES_NEAR(0u, place0) | (NEPHELE_FEATURES_NEAR(1u, place1) << 9u) | (NEPHELE_FEATURES_NEAR(2u, place2) << 18u);
+  while (left != 0u) {
+    uint bit = uint(findLSB(left));
+    left &= left - 1u;
+    uint lattice = bit < 9u ? 0u : (bit < 18u ? 1u : 2u);
+    NEPHELE_FEATURE_PLACE place = bit < 9u ? place0 : (bit < 18u ? place1 : place2);
+    CloudFeature f = unpack_feature(NEPHELE_CLOUD_FEATURE(params, lattice, place, bit - 9u * lattice));
+    if (f.radius_m <= 0.0f) continue;
+    float dx = q.x - f.center_m.x;
+    float dy = q.y - f.center_m.y;
+    float axis_y = sqrt(max(0.0f, 1.0f - f.axis_x * f.axis_x));
+    float along = (f.axis_x * dx + axis_y * dy) / f.stretch;
+    float across = f.axis_x * dy - axis_y * dx;
+    float d = 1.0f - sqrt(along * along + across * across) / f.radius_m;
+    if (d <= 0.0f) continue;
+    nearest = max(nearest, d);
+    // Where clouds merge, their size and vigour blend, so that no wall stands between them.
+    float w = d * d * f.radius_m;
+    weights += w;
+    radius += w * f.radius_m;
+    vigour += w * f.vigour;
   }
   if (nearest <= 0.0f) return result;
   radius /= weights;

@@ -94,8 +94,37 @@ struct Occluder {
   vec2 slope;
   float base_m;            // height of the flat base over the centre, along render z; hugely negative: none
   float extinction_per_m;  // peak
-  uint flags;              // Particle.flags
+  uint flags;              // of Particle.flags kParticleHomogeneous
 };
+
+// As it is kept in a buffer: three texels.
+struct PackedOccluder {
+  vec4 center_top;
+  vec4 shape_half;              // half_m is negative when the particle is homogeneous
+  vec4 slope_base_extinction;
+};
+
+NEPHELE_FN PackedOccluder pack_occluder(Occluder o) {
+  float half_m = (o.flags & kParticleHomogeneous) != 0u ? -o.half_m : o.half_m;
+  PackedOccluder packed;
+  packed.center_top = vec4(o.center_m, o.top_m);
+  packed.shape_half = vec4(o.shape_per_m2, half_m);
+  packed.slope_base_extinction = vec4(o.slope, o.base_m, o.extinction_per_m);
+  return packed;
+}
+
+NEPHELE_FN Occluder unpack_occluder(PackedOccluder packed) {
+  Occluder o;
+  o.center_m = vec3(packed.center_top);
+  o.top_m = packed.center_top.w;
+  o.shape_per_m2 = vec3(packed.shape_half);
+  o.half_m = abs(packed.shape_half.w);
+  o.slope = vec2(packed.slope_base_extinction);
+  o.base_m = packed.slope_base_extinction.z;
+  o.extinction_per_m = packed.slope_base_extinction.w;
+  o.flags = packed.shape_half.w < 0.0f ? kParticleHomogeneous : 0u;
+  return o;
+}
 
 // Half the extents of an ellipsoid along the light space axes, widened by what float positions and the logarithm
 // of a device may be off, so that no point of the ellipsoid falls outside the tiles given to it.
@@ -149,7 +178,7 @@ NEPHELE_FN Occluder make_occluder(Particle particle, mat3 light_from_render, flo
   occluder.slope = vec2(vv * uw - uv * vw, uu * vw - uv * uw) * inverse_det;
   occluder.base_m = particle.base_m - altitude_m(particle.center_m, camera_altitude_m);
   occluder.extinction_per_m = particle.extinction_per_m;
-  occluder.flags = particle.flags;
+  occluder.flags = particle.flags & kParticleHomogeneous;
   return occluder;
 }
 
@@ -281,7 +310,7 @@ inline mat3 make_light_from_render(dvec3 sun_direction) {
 NEPHELE_SHARED_END
 
 #ifdef __cplusplus
-static_assert(sizeof(nephele::shared::Occluder) == 52);
+static_assert(sizeof(nephele::shared::PackedOccluder) == 48);
 static_assert(nephele::shared::kLightTiles * nephele::shared::kLightTiles <= 1u << nephele::shared::kLightTileBits);
 static_assert(nephele::shared::kSunKeyBits == 16);
 #endif
