@@ -275,7 +275,7 @@ void CloudParticles::add_visible(FrameBuilder& frame, const Buffer& buffer) {
   frame.compute({.name = "visibility",
                  .kernel = &visibility_,
                  .bindings = {{0, buffer, Access::uniform},
-                              {1, particles_, Access::storage_read},
+                              {1, particles_, Access::texels},
                               {2, counters_, Access::storage_read},
                               {3, places_, Access::storage_write}},
                  .indirect = every_particle});

@@ -20,7 +20,7 @@ LightTileLists LightTiles::add(FrameBuilder& frame, const Buffer& constants, con
   frame.compute({.name = "light_tiles",
                  .kernel = &occluders_kernel_,
                  .bindings = {{0, constants, Access::uniform},
-                              {1, particles, Access::storage_read},
+                              {1, particles, Access::texels},
                               {2, counters, Access::storage_read},
                               {3, occluders_, Access::storage_write},
                               {4, rectangles_, Access::storage_write},

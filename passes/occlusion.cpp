@@ -19,11 +19,11 @@ const Buffer& Occlusion::add(FrameBuilder& frame, const Buffer& constants, const
   ComputeStep step{.name = "occlusion",
                    .kernel = transmittance ? &occlusion_air_ : &occlusion_,
                    .bindings = {{0, constants, Access::uniform},
-                                {1, particles, Access::storage_read},
+                                {1, particles, Access::texels},
                                 {2, visible, Access::storage_read},
                                 {3, counters, Access::storage_read},
                                 {4, tiles.occluders, Access::texels},
-                                {5, tiles.ranges, Access::storage_read},
+                                {5, tiles.ranges, Access::words},
                                 {6, tiles.list, Access::words},
                                 {7, lights_, Access::storage_write}},
                    .indirect = {&counters, offsetof(FrameCounters, visible_groups)}};

@@ -32,17 +32,17 @@ void RayMarch::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer
   frame.compute({.name = "march",
                  .kernel = &march_,
                  .bindings = {{0, inputs.frame_constants, Access::uniform},
-                              {1, inputs.draw_particles, Access::storage_read},
+                              {1, inputs.draw_particles, Access::texels},
                               {2, lists.ranges, Access::storage_read},
-                              {3, lists.list, Access::storage_read},
-                              {4, lists_.near_m(), Access::storage_read},
+                              {3, lists.list, Access::words},
+                              {4, lists_.near_m(), Access::words},
                               {5, density_, Access::sampled},
                               {6, inputs.tables.multiple_scattering(), Access::sampled},
                               {7, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
                               {8, inputs.counters, Access::storage_read_write},
                               {9, layer_color, Access::storage_write},
                               {10, layer_depth, Access::storage_write},
-                              {11, lists_.pixels(), Access::storage_read}},
+                              {11, lists_.pixels(), Access::words}},
                  .groups = {lists_.columns(), lists_.rows(), 1}});
 }
 

@@ -39,9 +39,7 @@ ScreenLists::ScreenLists(Device& device, const std::string& name, Extent extent,
       rectangles_(device, name + "_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
       near_m_(device, name + "_near", VkDeviceSize{visible_capacity} * sizeof(float)),
       order_(device, name + "_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
-      pixels_(device, name + "_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
-      draw_texels_(device, "draw_texels", {VK_FORMAT_R32G32B32A32_SFLOAT, shared::kDrawTexelsPerParticle * shared::kDrawParticlesPerRow,
-                                           (visible_capacity + shared::kDrawParticlesPerRow - 1) / shared::kDrawParticlesPerRow}) {
+      pixels_(device, name + "_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)) {
   NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
 }
 
@@ -49,13 +47,12 @@ TileLists ScreenLists::add(FrameBuilder& frame, const Buffer& frame_constants, c
   frame.compute({.name = name_,
                  .kernel = &kernel_,
                  .bindings = {{0, frame_constants, Access::uniform},
-                              {1, draw_particles, Access::storage_read},
+                              {1, draw_particles, Access::texels},
                               {2, counters, Access::storage_read},
                               {3, rectangles_, Access::storage_write},
                               {4, near_m_, Access::storage_write},
                               {5, order_, Access::storage_write},
-                              {6, pixels_, Access::storage_write},
-                              {7, draw_texels_, Access::storage_write}},
+                              {6, pixels_, Access::storage_write}},
                  .indirect = {&counters, offsetof(FrameCounters, visible_groups)}});
   return pairs_.add(frame, name_, counters,
                     {.item_count = offsetof(FrameCounters, visible_count),

@@ -28,7 +28,6 @@ class ScreenLists {
   // By drawn particle.
   const Buffer& near_m() const { return near_m_; }          // float: no point of it is nearer
   const Buffer& pixels() const { return pixels_; }          // tile_rectangle.h rectangle: the layer's pixels that it may cover
-  const Image& draw_texels() const { return draw_texels_; } // draw_texels.glsl
 
  private:
   std::string name_;
@@ -36,7 +35,6 @@ class ScreenLists {
   std::uint32_t columns_, rows_;
   TilePairs pairs_;
   Buffer rectangles_, near_m_, order_, pixels_;
-  Image draw_texels_;
 };
 
 }  // namespace nephele

@@ -17,7 +17,7 @@ const Buffer& ViewSort::add(FrameBuilder& frame, const Buffer& particles, const 
                             const Buffer& counters) {
   frame.compute({.name = "view_sort",
                  .kernel = &keys_,
-                 .bindings = {{0, particles, Access::storage_read},
+                 .bindings = {{0, particles, Access::texels},
                               {1, visible, Access::storage_read},
                               {2, counters, Access::storage_read},
                               {3, sort_.keys(), Access::storage_write},

@@ -28,8 +28,8 @@ void find_covering(uint column, uvec2 range) {
     for (uint r = 0u; r < kScreenTilePx; ++r) words[r] = 0u;
     const uint count = min(kWordPlaces, range.y - first);
     for (uint k = 0u; k < count; ++k) {
-      const uint upper = masks[2u * (first + k)] >> column;
-      const uint lower = masks[2u * (first + k) + 1u] >> column;
+      const uint upper = word_at(masks, 2u * (first + k)) >> column;
+      const uint lower = word_at(masks, 2u * (first + k) + 1u) >> column;
       for (uint r = 0u; r < kScreenTilePx; ++r)
         words[r] |= (((r < 4u ? upper : lower) >> (kScreenTilePx * (r & 3u))) & 1u) << k;
     }
@@ -69,7 +69,7 @@ void main() {
       while (!has_place && row < rows && !full) {
         place = next_covering(place, range, row);
         // Where the pixel is opaque and a gap follows, the rest cannot change what is in front of it (cloud_tiles.comp).
-        has_place = place < range.y && !(depth >= opaque_depth && begins_m[place] >= reach_m);
+        has_place = place < range.y && !(depth >= opaque_depth && float_at(begins_m, place) >= reach_m);
         if (!has_place) {
           row_begin[++row] = count;
           place = range.x;
@@ -81,7 +81,7 @@ void main() {
       const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
       const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
       BlendSegment segment;
-      if (shade_particle(load_draw_particle(draw_texels, list[place]), direction, limit_m, segment)) {
+      if (shade_particle(draw_particle_at(draw_particles, word_at(list, place)), direction, limit_m, segment)) {
         ++shaded;
         reach_m = max(reach_m, segment.far_m);
         depth += segment.extinction_per_m * (segment.far_m - segment.near_m);

@@ -13,27 +13,27 @@
 #include "shared/light.h"
 #include "shared/reference_particle.h"
 #include "shared/screen_bounds.h"
-#include "shared/types.h"
 #include "shared/world.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint kSteps = 64u;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) readonly buffer DrawParticles { DrawParticle draw_particles[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
-layout(scalar, set = 0, binding = 3) readonly buffer List { uint list[]; };    // a tile's particles, nearest first
-layout(scalar, set = 0, binding = 4) readonly buffer Nears { float near_m[]; };  // no point of the particle is nearer
+layout(set = 0, binding = 3) uniform usamplerBuffer list;    // a tile's particles, nearest first
+layout(set = 0, binding = 4) uniform usamplerBuffer near_m;  // no point of the particle is nearer
 layout(set = 0, binding = 5) uniform sampler3D density_lattice;
 layout(set = 0, binding = 6) uniform sampler3D multiple_table;
 layout(set = 0, binding = 7) uniform sampler2D layer_scene;  // metres to what stands behind
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
-layout(scalar, set = 0, binding = 11) readonly buffer Pixels { uvec2 pixels[]; };  // that the particle may cover
+layout(set = 0, binding = 11) uniform usamplerBuffer pixels;  // that the particle may cover
 
 #include "camera_rays.glsl"
 #include "driver_limit.glsl"
 #include "tables.glsl"
+#include "texels.glsl"
 
 // kSteps is how many steps take a ray through eight particles in a row; they grow with the particles, which double in
 // size from ring to ring of the grid.
@@ -58,55 +58,56 @@ struct Candidate {
 };
 
 // As source_radiance in cloud_shade.glsl has it for whole chords.
-void light_candidate(uint particle, vec3 direction, vec3 closest, float half_chord, inout Candidate c) {
+void light_candidate(DrawParticle p, vec3 direction, vec3 closest, float half_chord, inout Candidate c) {
   c.sun_irradiance = vec3(0.0);
   c.multiple_per_sr = 0.0;
   c.tau_mean = 0.0;
   c.near_share = 0.0;
   c.tau_rest = 0.0;
   c.outward = 0.0;
-  c.ambient = draw_particles[particle].radiance_per_sr;
-  if ((draw_particles[particle].flags & kParticleEmissive) != 0u) return;
+  c.ambient = p.radiance_per_sr;
+  if ((p.flags & kParticleEmissive) != 0u) return;
 
-  const vec3 towards_sun = draw_particles[particle].reference_from_render * frame.sun_direction;
+  const vec3 towards_sun = p.reference_from_render * frame.sun_direction;
   c.sun_radius_m = 1.0 / length(towards_sun);
   c.to_sun = towards_sun * c.sun_radius_m;
-  c.sun_irradiance = draw_particles[particle].sun_irradiance;
-  c.tau_mean = draw_particles[particle].tau_sun;
-  c.tau_per_m = dot(draw_particles[particle].tau_gradient_per_m, direction);
-  c.tau_begin = draw_particles[particle].tau_sun - dot(draw_particles[particle].tau_gradient_per_m, draw_particles[particle].center_m);
+  c.sun_irradiance = p.sun_irradiance;
+  c.tau_mean = p.tau_sun;
+  c.tau_per_m = dot(p.tau_gradient_per_m, direction);
+  c.tau_begin = p.tau_sun - dot(p.tau_gradient_per_m, p.center_m);
 
-  c.near_share = draw_particles[particle].tau_near / max(c.tau_mean, 1e-6);
-  c.tau_rest = draw_particles[particle].tau_behind + kMeanChord * draw_particles[particle].optical_radius;
+  c.near_share = p.tau_near / max(c.tau_mean, 1e-6);
+  c.tau_rest = p.tau_behind + kMeanChord * p.optical_radius;
 
   const vec3 entry = normalize(closest - half_chord * c.step);
-  const float h = min(half_chord * length(c.step), 1.0), sigma = draw_particles[particle].optical_radius;
-  c.multiple_per_sr = fetch_multiple(multiple_table, dot(entry, draw_particles[particle].light_direction), h, dot(draw_particles[particle].light_direction, -normalize(c.step)), sigma, frame.phase_g) /
+  const float h = min(half_chord * length(c.step), 1.0), sigma = p.optical_radius;
+  c.multiple_per_sr = fetch_multiple(multiple_table, dot(entry, p.light_direction), h, dot(p.light_direction, -normalize(c.step)), sigma, frame.phase_g) /
                       max(opacity_of(2.0 * h * sigma), 1e-3);
 
-  c.outward = draw_particles[particle].outward;
+  c.outward = p.outward;
 
-  const float height_m = 0.5 * (c.near_m + c.far_m) * direction.z - draw_particles[particle].center_m.z;
-  const float above = ambient_share_above(draw_particles[particle].sky_share + draw_particles[particle].sky_share_per_m * height_m, direction.z);
-  c.ambient = mix(draw_particles[particle].sky_down_radiance, draw_particles[particle].sky_up_radiance, above);
+  const float height_m = 0.5 * (c.near_m + c.far_m) * direction.z - p.center_m.z;
+  const float above = ambient_share_above(p.sky_share + p.sky_share_per_m * height_m, direction.z);
+  c.ambient = mix(p.sky_down_radiance, p.sky_up_radiance, above);
 }
 
 // False where the ray misses the particle, or has it all behind `from_m` or beyond `limit_m`.
 bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, out Candidate c) {
-  const float along = dot(draw_particles[particle].center_m, direction);
-  c.step = draw_particles[particle].reference_from_render * direction;
-  const vec3 nearest = draw_particles[particle].reference_from_render * (along * direction - draw_particles[particle].center_m);
+  const DrawParticle p = draw_particle_at(draw_particles, particle);
+  const float along = dot(p.center_m, direction);
+  c.step = p.reference_from_render * direction;
+  const vec3 nearest = p.reference_from_render * (along * direction - p.center_m);
   float mid, half_chord;
   if (!intersect_unit_sphere(nearest, c.step, mid, half_chord)) return false;
   c.near_m = max(along + mid - half_chord, 0.0);
   c.far_m = min(along + mid + half_chord, limit_m);
   if (c.far_m <= max(from_m, c.near_m)) return false;
   c.start = nearest - along * c.step;
-  c.extinction_per_m = draw_particles[particle].extinction_per_m;
-  c.base_m = draw_particles[particle].base_m;
-  c.homogeneous = (draw_particles[particle].flags & kParticleHomogeneous) != 0u;
+  c.extinction_per_m = p.extinction_per_m;
+  c.base_m = p.base_m;
+  c.homogeneous = (p.flags & kParticleHomogeneous) != 0u;
   c.step_m = kStepsThroughDiameters * 2.0 / (float(kSteps) * length(c.step));
-  light_candidate(particle, direction, nearest + mid * c.step, half_chord, c);
+  light_candidate(p, direction, nearest + mid * c.step, half_chord, c);
   return true;
 }
 
@@ -164,8 +165,8 @@ float jitter_of(uvec2 pixel) { return fract(52.9829189 * fract(dot(vec2(pixel), 
 // The first place from `at` on whose particle may cover the pixel, or may begin beyond until_m: cheap loads only, so that
 // the threads of a batch meet their candidates together.
 uint next_place(uint at, uint end, float until_m, uvec2 pixel) {
-  for (; at < end && near_m[list[at]] <= until_m; ++at) {
-    const uvec2 covered = pixels[list[at]], low = rectangle_low(covered);
+  for (; at < end && float_at(near_m, word_at(list, at)) <= until_m; ++at) {
+    const uvec2 covered = two_words_at(pixels, word_at(list, at)), low = rectangle_low(covered);
     if (all(greaterThanEqual(pixel, low)) && all(lessThan(pixel, rectangle_high(covered)))) break;
   }
   return at;
@@ -195,14 +196,14 @@ void main() {
     open_count = kept;
     while (open_count < kOpen) {
       place = next_place(place, range.y, t, pixel);
-      if (place == range.y || near_m[list[place]] > t) break;
+      if (place == range.y || float_at(near_m, word_at(list, place)) > t) break;
       Candidate c;
-      if (make_candidate(list[place++], direction, t, limit_m, c)) open[open_count++] = c;
+      if (make_candidate(word_at(list, place++), direction, t, limit_m, c)) open[open_count++] = c;
     }
 
     // The step: as fine as the finest particle here needs, and up to the borders of homogeneous ones, where matter jumps.
     // Others begin with next to nothing.
-    float next_m = place < range.y ? near_m[list[place]] : kNoMatterM;
+    float next_m = place < range.y ? float_at(near_m, word_at(list, place)) : kNoMatterM;
     float end_m = kNoMatterM;
     bool inside = open_count == kOpen;  // then also of what has found no slot
     for (uint i = 0u; i < open_count; ++i) {
@@ -218,9 +219,9 @@ void main() {
     }
     while (open_count < kOpen) {
       place = next_place(place, range.y, end_m, pixel);
-      if (place == range.y || near_m[list[place]] > end_m) break;
+      if (place == range.y || float_at(near_m, word_at(list, place)) > end_m) break;
       Candidate c;
-      if (!make_candidate(list[place++], direction, t, limit_m, c)) continue;
+      if (!make_candidate(word_at(list, place++), direction, t, limit_m, c)) continue;
       open[open_count++] = c;
       if (c.homogeneous && c.near_m > t) end_m = min(end_m, c.near_m);
     }
@@ -231,9 +232,9 @@ void main() {
     for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, s);
     lookups += open_count;
     // What has begun without finding a slot is met anew at every sample: slow, and complete.
-    for (uint i = place; i < range.y && near_m[list[i]] <= at_m; ++i) {
+    for (uint i = place; i < range.y && float_at(near_m, word_at(list, i)) <= at_m; ++i) {
       Candidate c;
-      if (make_candidate(list[i], direction, t, limit_m, c)) add_candidate(c, at_m, altitude, s);
+      if (make_candidate(word_at(list, i), direction, t, limit_m, c)) add_candidate(c, at_m, altitude, s);
       ++lookups;
     }
     if (s.extinction_per_m > 0.0) {

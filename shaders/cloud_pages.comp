@@ -33,7 +33,7 @@ bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 
   for (uint place = past; place-- > first;) {
     if (!place_covers(place, gl_LocalInvocationID.xy)) continue;
     BlendSegment segment;
-    if (!shade_particle(load_draw_particle(draw_texels, list[place]), direction, limit_m, segment)) continue;
+    if (!shade_particle(draw_particle_at(draw_particles, word_at(list, place)), direction, limit_m, segment)) continue;
     blend_add(state, segment);
     ++shaded;
   }
@@ -79,10 +79,10 @@ bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 
   const uint past = min(first + kPagePlaces, range.y);
   ExactState state = load_state(slot);
   for (uint place = first; place < past && state.transmittance >= kOpaqueTransmittance; ++place) {
-    exact_advance(state, begins_m[place]);
+    exact_advance(state, float_at(begins_m, place));
     if (!place_covers(place, gl_LocalInvocationID.xy)) continue;
     BlendSegment segment;
-    if (!shade_particle(load_draw_particle(draw_texels, list[place]), direction, limit_m, segment)) continue;
+    if (!shade_particle(draw_particle_at(draw_particles, word_at(list, place)), direction, limit_m, segment)) continue;
     exact_add(state, segment);
     ++shaded;
   }

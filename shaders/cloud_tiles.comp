@@ -46,7 +46,7 @@ bool walk_next(inout Walk walk, uvec2 in_tile) {
     walk.started = true;
     if (walk.place - walk.range.x > kMeasured && walk.again_end > 0u) {
       walk.again_end = walk.range.y;
-    } else if (walk.place < walk.range.y && !(walk.depth >= opaque_depth && begins_m[walk.place] >= walk.reach_m)) {
+    } else if (walk.place < walk.range.y && !(walk.depth >= opaque_depth && float_at(begins_m, walk.place) >= walk.reach_m)) {
       return true;
     }
     walk.backward = true;
@@ -94,7 +94,7 @@ Walk walk_begin(uvec2 range) { return Walk(range, range.x, 0u, false, exact_empt
 bool walk_next(inout Walk walk, uvec2 in_tile) {
   walk.place = next_place(walk.started ? walk.place + 1u : walk.place, walk.range.y, in_tile);
   walk.started = true;
-  const float begin_m = walk.place < walk.range.y ? begins_m[walk.place] : kNoMatterM;
+  const float begin_m = walk.place < walk.range.y ? float_at(begins_m, walk.place) : kNoMatterM;
   exact_advance(walk.state, begin_m);
   if (walk.state.transmittance < kOpaqueTransmittance) return false;
   if (begin_m < walk.state.horizon_m) return true;
@@ -144,7 +144,7 @@ void main() {
     } while (!has_place && (has_pixel || next_pixel < 64u));
     if (!has_place) break;
     BlendSegment segment;
-    if (shade_particle(load_draw_particle(draw_texels, list[walk.place]), direction, limit_m, segment)) {
+    if (shade_particle(draw_particle_at(draw_particles, word_at(list, walk.place)), direction, limit_m, segment)) {
       walk_take(walk, segment);
       ++shaded;
     }

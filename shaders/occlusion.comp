@@ -11,11 +11,11 @@
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) readonly buffer Particles { Particle particles[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer particles;
 layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 4) uniform usamplerBuffer occluders;  // PackedOccluder
-layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer ranges;  // two words a tile
 layout(set = 0, binding = 6) uniform usamplerBuffer list;
 layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
 #ifdef WITH_AIR
@@ -39,7 +39,7 @@ void main() {
   const uint slot = gl_GlobalInvocationID.x;
   if (slot >= counters.visible_count) return;
   const uint self = visible[slot];
-  const Particle particle = particles[self];
+  const Particle particle = particle_at(particles, self);
 
   ParticleLight light;
   light.sun_irradiance = vec3(0.0);

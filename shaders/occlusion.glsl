@@ -1,5 +1,5 @@
 // Traversal of the light tiles' lists ([Yusov14] 5.3 step 2). The including shader declares, before this:
-// FrameConstants frame; texels occluders; uvec2 ranges[]; words list.
+// FrameConstants frame; texels occluders; words ranges, list.
 #ifndef NEPHELE_OCCLUSION_GLSL
 #define NEPHELE_OCCLUSION_GLSL
 
@@ -45,8 +45,9 @@ SunColumn sun_column(vec3 points_m[4], vec3 center_m, uint except) {
           stop_m = min(stop_m, stops_m[j]);
         }
       left &= ~here;
-      i = ranges[tiles[k]].x;
-      end = ranges[tiles[k]].y;
+      const uvec2 range = two_words_at(ranges, tiles[k]);
+      i = range.x;
+      end = range.y;
     }
     if (i >= end) break;
     const uint index = word_at(list, i++);
@@ -92,9 +93,9 @@ Neighbourhood neighbourhood(Particle particle) {
     while (i >= end && points < 4u) {
       at_m = frame.light_from_render * particle_point(particle, -kNeighbourRadius * tetrahedron_corner(points++));
       stop_m = sun_stop_m(at_m.z, frame.view_distance_m);
-      const uint tile = light_tile_at(at_m);
-      i = ranges[tile].x;
-      end = ranges[tile].y;
+      const uvec2 range = two_words_at(ranges, light_tile_at(at_m));
+      i = range.x;
+      end = range.y;
     }
     if (i >= end) break;
     const Occluder occluder = occluder_at(occluders, word_at(list, i++));

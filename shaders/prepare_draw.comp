@@ -5,16 +5,16 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
-#include "shared/types.h"
+#include "texels.glsl"
 #include "shared/world.h"
 #include "atmosphere.glsl"
 
 layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) readonly buffer Particles { Particle particles[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer particles;
 layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer DrawOrder { uint draw_order[]; };
-layout(scalar, set = 0, binding = 4) readonly buffer Lights { ParticleLight lights[]; };
+layout(set = 0, binding = 4) uniform usamplerBuffer lights;
 layout(scalar, set = 0, binding = 5) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 6) writeonly buffer DrawParticles { DrawParticle draw_particles[]; };
 layout(set = 0, binding = 7) uniform sampler2D sky_irradiance;
@@ -24,8 +24,8 @@ void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= counters.visible_count) return;
   const uint slot = draw_order[i];
-  const Particle p = particles[visible[slot]];
-  const ParticleLight light = lights[slot];
+  const Particle p = particle_at(particles, visible[slot]);
+  const ParticleLight light = particle_light_at(lights, slot);
   const bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
 
   DrawParticle d;

@@ -6,11 +6,12 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "shared/blend.h"
 #include "shared/screen_bounds.h"
+#include "texels.glsl"
 
 layout(local_size_x = 32) in;
 layout(scalar, set = 0, binding = 0) readonly buffer Ranges { uvec2 ranges[]; };
-layout(scalar, set = 0, binding = 1) readonly buffer List { uint list[]; };
-layout(scalar, set = 0, binding = 2) readonly buffer Nears { float near_m[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer list;
+layout(set = 0, binding = 2) uniform usamplerBuffer near_m;
 layout(scalar, set = 0, binding = 3) writeonly buffer Begins { float begins_m[]; };
 // How many tiles each row has, then their columns, a row after the other.
 layout(scalar, set = 0, binding = 4) buffer LongTiles { uvec3 long_groups; uint long_tiles[]; };
@@ -42,7 +43,7 @@ void main() {
   for (uint i = range.y; i > range.x;)
     [[unroll]] for (uint k = 0u; k < 17u; ++k)
       if (i > range.x) {
-        least = min(least, near_m[list[--i]]);
+        least = min(least, float_at(near_m, word_at(list, --i)));
         begins_m[i] = least;
       }
 }

@@ -3,25 +3,24 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/screen_bounds.h"
-#include "shared/types.h"
+#include "texels.glsl"
 
 layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) readonly buffer DrawParticles { DrawParticle draw_particles[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
-layout(scalar, set = 0, binding = 3) readonly buffer Tiles { uint tiles[]; };
-layout(scalar, set = 0, binding = 4) readonly buffer List { uint list[]; };
-layout(scalar, set = 0, binding = 5) readonly buffer Pixels { uvec2 pixels[]; };
+layout(set = 0, binding = 3) uniform usamplerBuffer tiles;
+layout(set = 0, binding = 4) uniform usamplerBuffer list;
+layout(set = 0, binding = 5) uniform usamplerBuffer pixels;
 layout(scalar, set = 0, binding = 6) writeonly buffer Masks { uvec2 masks[]; };
 layout(push_constant) uniform Push { uint tile_columns; };
 
 void main() {
   const uint place = gl_GlobalInvocationID.x;
   if (place >= counters.screen_pair_count) return;
-  const uint particle = list[place];
-  const vec3 center_m = draw_particles[particle].center_m;
-  const mat3 reference_from_render = draw_particles[particle].reference_from_render;
-  const float shown = shown_radius((draw_particles[particle].flags & kParticleDetail) != 0u, reference_from_render * center_m);
-  masks[place] = tile_mask(frame.clip_from_render, frame.render_from_clip, reference_from_render / shown, center_m, pixels[particle],
-                           uvec2(tiles[place] % tile_columns, tiles[place] / tile_columns), frame.image_size_px, frame.scale, frame.layer_size_px);
+  const uint particle = word_at(list, place), tile = word_at(tiles, place);
+  const DrawParticle p = draw_particle_at(draw_particles, particle);
+  const float shown = shown_radius((p.flags & kParticleDetail) != 0u, p.reference_from_render * p.center_m);
+  masks[place] = tile_mask(frame.clip_from_render, frame.render_from_clip, p.reference_from_render / shown, p.center_m, two_words_at(pixels, particle),
+                           uvec2(tile % tile_columns, tile / tile_columns), frame.image_size_px, frame.scale, frame.layer_size_px);
 }

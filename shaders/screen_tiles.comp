@@ -4,28 +4,25 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/screen_bounds.h"
-#include "shared/types.h"
+#include "texels.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool kWhole = false;  // with the rim that shading's detail erodes
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) readonly buffer DrawParticles { DrawParticle draw_particles[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 3) writeonly buffer Rectangles { uvec2 rectangles[]; };
 layout(scalar, set = 0, binding = 4) writeonly buffer Nears { float near_m[]; };
 layout(scalar, set = 0, binding = 5) writeonly buffer Order { uint order[]; };
 layout(scalar, set = 0, binding = 6) writeonly buffer Pixels { uvec2 pixels[]; };
-layout(set = 0, binding = 7, rgba32f) writeonly uniform image2D draw_texels;
-#define DRAW_TEXELS_WRITE
-#include "draw_texels.glsl"
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= counters.visible_count) return;
-  store_draw_particle(i, draw_particles[i]);
-  const vec3 center_m = draw_particles[i].center_m;
-  const mat3 render_from_reference = inverse(draw_particles[i].reference_from_render);
-  const float shown = kWhole ? 1.0 : shown_radius((draw_particles[i].flags & kParticleDetail) != 0u, draw_particles[i].reference_from_render * center_m);
+  const DrawParticle p = draw_particle_at(draw_particles, i);
+  const vec3 center_m = p.center_m;
+  const mat3 render_from_reference = inverse(p.reference_from_render);
+  const float shown = kWhole ? 1.0 : shown_radius((p.flags & kParticleDetail) != 0u, p.reference_from_render * center_m);
   const uvec2 covered = screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px);
   pixels[i] = covered;
   rectangles[i] = tiles_of_pixels(covered);

@@ -3,6 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/screen_bounds.h"
 #include "shared/visibility.h"
+#include "texels.glsl"
 
 // Sort keys of the visible particles: ascending keys are falling distances, of the drawn centres or of bounds on the
 // nearest points. A key holds the 24 bits below the sign of the distance's float that matter: the exponents of 4 mm to
@@ -10,7 +11,7 @@
 // order of their slots.
 layout(local_size_x = 64) in;
 
-layout(scalar, set = 0, binding = 0) readonly buffer Particles { Particle particles[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer particles;
 layout(scalar, set = 0, binding = 1) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 3) writeonly buffer Keys { uint keys[]; };
@@ -23,7 +24,7 @@ const float kNearestM = 1.0 / 256.0;
 void main() {
   const uint slot = gl_GlobalInvocationID.x;
   if (slot >= counters.visible_count) return;
-  const Particle p = particles[visible[slot]];
+  const Particle p = particle_at(particles, visible[slot]);
   float distance_m = length(p.center_m);
   if (by_nearest_point != 0u)
     distance_m = near_bound_m(p.center_m, ellipsoid_extent(p.radius_m, p.yaw_rad, p.center_m / max(distance_m, 1e-6)));

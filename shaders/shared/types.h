@@ -85,28 +85,23 @@ struct ParticleLight {
 struct DrawParticle {
   mat3 reference_from_render;
   vec3 center_m;                 // render space
-  float extinction_per_m;
   vec3 light_direction;          // unit, reference space, the way sunlight travels
-  float optical_radius;          // of the homogeneous sphere that has this particle's mean density
+  float extinction_per_m;
   vec3 sun_irradiance;
-  float tau_sun;
+  float optical_radius;          // of the homogeneous sphere that has this particle's mean density
   vec3 tau_gradient_per_m;       // render space
-  float base_m;
+  float tau_sun;
   vec3 sky_up_radiance;          // mean radiance of the sky above
-  float sky_share;               // of light from above, at the centre (cloud_light.h)
+  float base_m;
   vec3 sky_down_radiance;        // mean radiance of air and ground below
-  uint flags;
+  float sky_share;               // of light from above, at the centre (cloud_light.h)
   vec3 radiance_per_sr;
+  uint flags;
   float tau_near;                // as in ParticleLight
   float tau_behind;
   float sky_share_per_m;         // its change with the altitude
   float outward;                 // factor of diffuse sunlight towards the eye (cloud_light.h)
 };
-
-// The tiled backend reads draw particles from an image (draw_texels.glsl): 400 a row is within the 4 096 texels that
-// every device has.
-NEPHELE_CONST(uint, kDrawTexelsPerParticle, 10u);
-NEPHELE_CONST(uint, kDrawParticlesPerRow, 400u);
 
 // Counters and indirect arguments that the passes of a frame fill. demand may exceed the capacity; count never does.
 struct FrameCounters {
