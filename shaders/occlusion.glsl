@@ -7,6 +7,18 @@
 
 uint light_tile_at(vec3 at_m) { return light_tile_index(light_tile(at_m.xy, frame.view_distance_m)); }
 
+// The element of a small array, without memory: eight threads of a CPU index it differently.
+uint pick(uint values[5], uint k) {
+  uint value = values[0];
+  for (uint j = 1u; j < 5u; ++j) value = k == j ? values[j] : value;
+  return value;
+}
+float pick(float values[5], uint k) {
+  float value = values[0];
+  for (uint j = 1u; j < 5u; ++j) value = k == j ? values[j] : value;
+  return value;
+}
+
 // What lies towards the sun from a particle, itself left out.
 struct SunColumn {
   float depths[4];  // optical depth from four points, each at most kMaxSunOpticalDepth
@@ -15,12 +27,13 @@ struct SunColumn {
 };
 
 // One loop for all points, which goes from a list to the next: eight threads of a CPU run in step, and with a loop a list all would
-// wait for the longest of each. Points that share a tile share the walk through its list.
+// wait for the longest of each. Points that share a tile share the walk through its list. What the next list needs is at hand
+// before, since every round pays for the step to it.
 SunColumn sun_column(vec3 points_m[4], vec3 center_m, uint except) {
   const uint kCenter = 4u;
   const vec3 up = frame.light_from_render[2];
   vec3 at_m[5];
-  uint tiles[5];
+  uint tiles[5], begins[5], ends[5], sharers[5];  // the last: bits of the points that walk along
   float stops_m[5];
   SunColumn column;
   for (uint j = 0u; j < 5u; ++j) {
@@ -30,24 +43,32 @@ SunColumn sun_column(vec3 points_m[4], vec3 center_m, uint except) {
     if (j < kCenter) column.depths[j] = 0.0;
   }
   column.near = column.behind = 0.0;
+  uint left = 0u;  // bits of the points that begin a list
+  for (uint k = 0u; k < 5u; ++k) {
+    const uvec2 range = two_words_at(ranges, tiles[k]);
+    begins[k] = range.x;
+    ends[k] = range.y;
+    sharers[k] = 0u;
+    bool first = range.x < range.y;
+    for (uint j = 0u; j < 5u; ++j) {
+      const bool same = tiles[j] == tiles[k];
+      if (j < k) first = first && !same;
+      sharers[k] |= same ? 1u << j : 0u;
+      if (j > k) stops_m[k] = same ? min(stops_m[k], stops_m[j]) : stops_m[k];
+    }
+    left |= first ? 1u << k : 0u;
+  }
 
-  uint left = 31u, here = 0u;  // one bit a point
-  uint i = 0u, end = 0u;
+  uint here = 0u, i = 0u, end = 0u;
   float stop_m = 0.0;
   for (;;) {
-    while (i >= end && left != 0u) {
+    if (i >= end && left != 0u) {
       const uint k = uint(findLSB(left));
-      here = 0u;
-      stop_m = stops_m[k];
-      for (uint j = 0u; j < 5u; ++j)
-        if (tiles[j] == tiles[k]) {
-          here |= 1u << j;
-          stop_m = min(stop_m, stops_m[j]);
-        }
-      left &= ~here;
-      const uvec2 range = two_words_at(ranges, tiles[k]);
-      i = range.x;
-      end = range.y;
+      left &= left - 1u;
+      here = pick(sharers, k);
+      stop_m = pick(stops_m, k);
+      i = pick(begins, k);
+      end = pick(ends, k);
     }
     if (i >= end) break;
     const uint index = word_at(list, i++);
@@ -85,22 +106,38 @@ struct Neighbourhood {
 Neighbourhood neighbourhood(Particle particle) {
   const vec3 up = frame.light_from_render[2];
   float extinction[4];
-  for (uint j = 0u; j < 4u; ++j) extinction[j] = 0.0;
-  uint points = 0u, i = 0u, end = 0u;  // points whose lists were begun
+  vec3 points_m[4];
+  float stops_m[5];
+  uint begins[5], ends[5];
+  uint left = 0u;
+  begins[4] = ends[4] = 0u;
+  stops_m[4] = 0.0;
+  for (uint j = 0u; j < 4u; ++j) {
+    points_m[j] = frame.light_from_render * particle_point(particle, -kNeighbourRadius * tetrahedron_corner(j));
+    stops_m[j] = sun_stop_m(points_m[j].z, frame.view_distance_m);
+    const uvec2 range = two_words_at(ranges, light_tile_at(points_m[j]));
+    begins[j] = range.x;
+    ends[j] = range.y;
+    left |= range.x < range.y ? 1u << j : 0u;
+    extinction[j] = 0.0;
+  }
+  uint point = 0u, i = 0u, end = 0u;
   float stop_m = 0.0;
   vec3 at_m = vec3(0.0);
   for (;;) {  // one loop for all lists, as above
-    while (i >= end && points < 4u) {
-      at_m = frame.light_from_render * particle_point(particle, -kNeighbourRadius * tetrahedron_corner(points++));
-      stop_m = sun_stop_m(at_m.z, frame.view_distance_m);
-      const uvec2 range = two_words_at(ranges, light_tile_at(at_m));
-      i = range.x;
-      end = range.y;
+    if (i >= end && left != 0u) {
+      point = uint(findLSB(left));
+      left &= left - 1u;
+      for (uint j = 0u; j < 4u; ++j) at_m = point == j ? points_m[j] : at_m;
+      stop_m = pick(stops_m, point);
+      i = pick(begins, point);
+      end = pick(ends, point);
     }
     if (i >= end) break;
     const Occluder occluder = occluder_at(occluders, word_at(list, i++));
     if (occluder.top_m < stop_m) end = i;
-    else extinction[points - 1u] += occluder_extinction(occluder, at_m, up);
+    const float more = occluder.top_m < stop_m ? 0.0 : occluder_extinction(occluder, at_m, up);
+    for (uint j = 0u; j < 4u; ++j) extinction[j] += point == j ? more : 0.0;
   }
   const float way_m = kNeighbourWay * pow(particle.radius_m.x * particle.radius_m.y * particle.radius_m.z, 1.0 / 3.0);
   float sum = 0.0;
