@@ -22,16 +22,18 @@ uint row_begin[kScreenTilePx + 1u];  // of each row's segments in the stack
 const uint kWordPlaces = 32u;
 uint covering[kColumnPlaces / kWordPlaces * kScreenTilePx];
 
-void find_covering(uint column, uvec2 range) {
+// A thread's pixel in a row: a knight's move on from row to row, so that threads share a cloud's edge whichever way it runs.
+uint column_of(uint thread, uint row) { return (thread + 3u * row) % kScreenTilePx; }
+
+void find_covering(uint thread, uvec2 range) {
   for (uint first = range.x; first < range.y; first += kWordPlaces) {
     uint words[kScreenTilePx];
     for (uint r = 0u; r < kScreenTilePx; ++r) words[r] = 0u;
     const uint count = min(kWordPlaces, range.y - first);
     for (uint k = 0u; k < count; ++k) {
-      const uint upper = word_at(masks, 2u * (first + k)) >> column;
-      const uint lower = word_at(masks, 2u * (first + k) + 1u) >> column;
+      const uvec2 mask = two_words_at(masks, first + k);
       for (uint r = 0u; r < kScreenTilePx; ++r)
-        words[r] |= (((r < 4u ? upper : lower) >> (kScreenTilePx * (r & 3u))) & 1u) << k;
+        words[r] |= (((r < 4u ? mask.x : mask.y) >> (kScreenTilePx * (r & 3u) + column_of(thread, r))) & 1u) << k;
     }
     for (uint r = 0u; r < kScreenTilePx; ++r) covering[(first - range.x) / kWordPlaces * kScreenTilePx + r] = words[r];
   }
@@ -53,11 +55,11 @@ void main() {
   uvec2 tile, range;
   if (!find_tile(tile, range)) return;
   const float opaque_depth = -log(kOpaqueTransmittance);
-  const uint column = gl_LocalInvocationID.x;
-  const uvec2 first_pixel = tile * kScreenTilePx + uvec2(column, 0u);
-  const uint rows = first_pixel.x < frame.layer_size_px.x ? min(kScreenTilePx, frame.layer_size_px.y - first_pixel.y) : 0u;
+  const uint thread = gl_LocalInvocationID.x;
+  const uvec2 first_pixel = tile * kScreenTilePx;
+  const uint rows = min(kScreenTilePx, frame.layer_size_px.y - first_pixel.y);
   uint shaded = 0u;
-  find_covering(column, range);
+  find_covering(thread, range);
   for (uint from_row = 0u; from_row < rows;) {
     // Forward: up to the last row, or to the one whose segments find no room; that one is begun anew afterwards.
     uint row = from_row, place = range.x, count = 0u;
@@ -77,7 +79,7 @@ void main() {
         }
       }
       if (!has_place) break;
-      const uvec2 pixel = first_pixel + uvec2(0u, row);
+      const uvec2 pixel = first_pixel + uvec2(column_of(thread, row), row);
       const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
       const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
       BlendSegment segment;
@@ -98,9 +100,11 @@ void main() {
         BlendState state = blend_empty();
         while (count > row_begin[r]) blend_add(state, stack[--count]);
         blend_finish(state);
-        const ivec2 pixel = ivec2(first_pixel) + ivec2(0, r);
-        imageStore(layer_color, pixel, vec4(state.committed, state.transmittance));
-        imageStore(layer_depth, pixel, first_matter(state.first_m));
+        const uvec2 pixel = first_pixel + uvec2(column_of(thread, r), r);
+        if (pixel.x < frame.layer_size_px.x) {
+          imageStore(layer_color, ivec2(pixel), vec4(state.committed, state.transmittance));
+          imageStore(layer_depth, ivec2(pixel), first_matter(state.first_m));
+        }
       }
     }
     from_row = past_row;
