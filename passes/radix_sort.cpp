@@ -55,7 +55,7 @@ RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, c
     frame.fill(name, counts_, 0);
     frame.compute({.name = name,
                    .kernel = &histogram_,
-                   .bindings = {{0, keys_[from], Access::storage_read},
+                   .bindings = {{0, keys_[from], Access::words},
                                 {1, counts_, Access::storage_read_write},
                                 {2, count, Access::storage_read}},
                    .push = as_push(push),
@@ -63,8 +63,8 @@ RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, c
     scan_.add(frame, name, counts_, threads_ << bits, total_);
     frame.compute({.name = name,
                    .kernel = &scatter_,
-                   .bindings = {{0, keys_[from], Access::storage_read},
-                                {1, values_[from], Access::storage_read},
+                   .bindings = {{0, keys_[from], Access::words},
+                                {1, values_[from], Access::words},
                                 {2, keys_[from ^ 1], Access::storage_write},
                                 {3, values_[from ^ 1], Access::storage_write},
                                 {4, counts_, Access::storage_read_write},

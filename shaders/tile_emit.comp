@@ -24,11 +24,18 @@ void main() {
   const uvec2 rectangle = rectangles[item];
   const uvec2 low = rectangle_low(rectangle), high = rectangle_high(rectangle);
   uint place = places[rank];
-  for (uint y = low.y; y < high.y; ++y)
-    for (uint x = low.x; x < high.x; x += kColumnsARound)
-      [[unroll]] for (uint k = 0u; k < kColumnsARound; ++k)
-        if (x + k < high.x && place < pair_capacity) {
-          keys[place] = y * tile_columns + x + k;
-          values[place++] = item;
-        }
+  // One loop for rows and columns: eight threads of a CPU run in step, and with a loop in a loop all would wait for the longest row.
+  uint x = low.x, y = low.x < high.x ? low.y : high.y;
+  while (y < high.y) {
+    [[unroll]] for (uint k = 0u; k < kColumnsARound; ++k)
+      if (x + k < high.x && place < pair_capacity) {
+        keys[place] = y * tile_columns + x + k;
+        values[place++] = item;
+      }
+    x += kColumnsARound;
+    if (x >= high.x) {
+      x = low.x;
+      ++y;
+    }
+  }
 }
