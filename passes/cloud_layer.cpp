@@ -94,7 +94,7 @@ CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode ble
     clear_ = ComputeKernel(device, shaders::cloud_clear_comp);
     interlock_target_ = make("interlock_target", VK_FORMAT_R8_UNORM, width, height, true);
   }
-  if (scale_ > 1) {
+  if (scale_ > 1 && size.full_layer) {
     full_color_ = make("full_color", VK_FORMAT_R32G32B32A32_SFLOAT, size.width, size.height, false);
     full_depth_ = make("full_depth", VK_FORMAT_R32_SFLOAT, size.width, size.height, false);
   }

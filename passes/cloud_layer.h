@@ -32,6 +32,7 @@ class CloudLayer {
   struct Size {
     std::uint32_t width, height;  // of the image, pixels
     std::uint32_t scale;          // the layer has ceil(size / scale) pixels
+    bool full_layer = true;       // kept at the image's resolution too
   };
   // backend is not `automatic`; only `tiled` blends exactly.
   // march_steps > 0: rays are marched (ray_march.h) and no backend blends; the draw order is by nearest points then.
@@ -56,8 +57,9 @@ class CloudLayer {
   const Image& layer_scene() const { return layer_scene_; }
 
   // The same at the image's resolution, once the frame is composed: premultiplied radiance and transmittance; metres to the first matter, +inf without.
-  const Image& color() const { return scale_ > 1 ? full_color_ : layer_color_; }
-  const Image& depth() const { return scale_ > 1 ? full_depth_ : layer_depth_; }
+  // Null where it is not kept.
+  const Image* color() const { return scale_ == 1 ? &layer_color_ : full_color_ ? &full_color_ : nullptr; }
+  const Image* depth() const { return scale_ == 1 ? &layer_depth_ : full_depth_ ? &full_depth_ : nullptr; }
 
  private:
   void add_draw(FrameBuilder& frame, const Inputs& inputs);

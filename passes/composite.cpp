@@ -21,26 +21,36 @@ struct CompositeGrid {
   std::uint32_t columns, rows, groups_across;
 };
 
-const ShaderCode& composite_code(bool air, bool clouds, bool shadow, bool upscale) {
-  if (!clouds) return air ? shaders::composite_comp_sky : shaders::composite_comp_vacuum;
-  if (air && upscale) return shadow ? shaders::composite_comp_sky_upscale_shadow : shaders::composite_comp_sky_upscale;
-  if (air) return shadow ? shaders::composite_comp_sky_clouds_shadow : shaders::composite_comp_sky_clouds;
-  if (upscale) return shadow ? shaders::composite_comp_vacuum_upscale_shadow : shaders::composite_comp_vacuum_upscale;
-  return shadow ? shaders::composite_comp_vacuum_clouds_shadow : shaders::composite_comp_vacuum_clouds;
+using Layer = CompositePass::Layer;
+
+const ShaderCode& composite_code(bool air, bool shadow, Layer layer) {
+  switch (layer) {
+    case Layer::none: return air ? shaders::composite_comp_sky : shaders::composite_comp_vacuum;
+    case Layer::full:
+      if (air) return shadow ? shaders::composite_comp_sky_clouds_shadow : shaders::composite_comp_sky_clouds;
+      return shadow ? shaders::composite_comp_vacuum_clouds_shadow : shaders::composite_comp_vacuum_clouds;
+    case Layer::upscaled:
+      if (air) return shadow ? shaders::composite_comp_sky_upscale_shadow : shaders::composite_comp_sky_upscale;
+      return shadow ? shaders::composite_comp_vacuum_upscale_shadow : shaders::composite_comp_vacuum_upscale;
+    case Layer::upscaled_and_kept: break;
+  }
+  if (air) return shadow ? shaders::composite_comp_sky_keep_shadow : shaders::composite_comp_sky_keep;
+  return shadow ? shaders::composite_comp_vacuum_keep_shadow : shaders::composite_comp_vacuum_keep;
 }
 
 }  // namespace
 
 CompositePass::CompositePass(Device& device) : device_(device), haze_shadow_(device) {}
 
-const CompositePass::Kernels& CompositePass::kernels(bool air, bool clouds, bool shadow, bool upscale) {
-  Kernels& kernels = kernels_[(air ? 8u : 0u) + (clouds ? 4u : 0u) + (shadow ? 2u : 0u) + (upscale ? 1u : 0u)];
+const CompositePass::Kernels& CompositePass::kernels(bool air, bool shadow, Layer layer) {
+  const bool clouds = layer != Layer::none;
+  Kernels& kernels = kernels_[(air ? 8u : 0u) + (shadow ? 4u : 0u) + static_cast<std::size_t>(layer)];
   if (kernels.tiles) return kernels;
   kernels.tiles = ComputeKernel(device_, clouds ? shaders::composite_tiles_comp_clouds : shaders::composite_tiles_comp_clear);
   if (air) kernels.sun = ComputeKernel(device_, clouds ? shaders::sun_at_lens_comp_clouds : shaders::sun_at_lens_comp_clear);
   for (std::uint32_t kind = 0; kind < kKinds; ++kind) {
     const SpecConstant constants[] = {{0, kind}};
-    kernels.kinds[kind] = ComputeKernel(device_, composite_code(air, clouds, shadow, upscale), constants);
+    kernels.kinds[kind] = ComputeKernel(device_, composite_code(air, shadow, layer), constants);
   }
   return kernels;
 }
@@ -50,10 +60,10 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
   const AtmosphereTables* air = inputs.atmosphere;
   const bool clouds = inputs.layer_color != nullptr;
   const bool shadow = clouds && inputs.cloud_shadow != nullptr;
-  const bool upscale = clouds && inputs.full_color != nullptr;
+  const bool keep = inputs.full_color != nullptr, upscale = inputs.layer_scene != nullptr;
   NEPHELE_CHECK(clouds == (inputs.layer_depth != nullptr), "a cloud layer is colour and depth");
-  NEPHELE_CHECK(upscale == (inputs.full_depth != nullptr) && (!upscale || inputs.layer_scene), "a full-size layer is colour and depth");
-  const Kernels& with = kernels(air, clouds, shadow, upscale);
+  NEPHELE_CHECK(keep == (inputs.full_depth != nullptr) && (!keep || upscale) && (!upscale || clouds), "a full-size layer is colour and depth, upscaled");
+  const Kernels& with = kernels(air, shadow, !clouds ? Layer::none : !upscale ? Layer::full : keep ? Layer::upscaled_and_kept : Layer::upscaled);
 
   const VkExtent3D size = display.extent();
   CompositeGrid grid{(size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx, 1};
@@ -102,11 +112,8 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
     bindings.insert(bindings.end(), {{8, *inputs.layer_color, Access::sampled, Sampler::nearest_clamp},
                                      {9, *inputs.layer_depth, Access::sampled, Sampler::nearest_clamp}});
   }
-  if (upscale) {
-    bindings.insert(bindings.end(), {{16, *inputs.full_color, Access::storage_write},
-                                     {17, *inputs.full_depth, Access::storage_write},
-                                     {18, *inputs.layer_scene, Access::sampled, Sampler::nearest_clamp}});
-  }
+  if (upscale) bindings.push_back({18, *inputs.layer_scene, Access::sampled, Sampler::nearest_clamp});
+  if (keep) bindings.insert(bindings.end(), {{16, *inputs.full_color, Access::storage_write}, {17, *inputs.full_depth, Access::storage_write}});
   if (shadow) bindings.push_back({12, *inputs.cloud_shadow, Access::sampled});
   if (shadow && air) {
     const Image& haze = haze_shadow_.add(frame, *inputs.frame_constants, air->transmittance, *inputs.cloud_shadow);

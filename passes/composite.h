@@ -22,8 +22,8 @@ struct CompositeInputs {
   const AtmosphereTables* atmosphere = nullptr;  // null: black sky, no haze
   const Image* layer_color = nullptr;            // cloud layer: radiance times opacity, transmittance; null: no clouds
   const Image* layer_depth = nullptr;            // metres to the first matter, +inf without
-  const Image* layer_scene = nullptr;            // metres to what stands behind; with full_*
-  const Image* full_color = nullptr;             // where the layer goes at full size; null: it has it (scale 1)
+  const Image* layer_scene = nullptr;            // metres to what stands behind, for upscaling; null: the layer has full size (scale 1)
+  const Image* full_color = nullptr;             // where the upscaled layer is kept; null: nowhere
   const Image* full_depth = nullptr;
   const Image* host_distance = nullptr;          // full size, read if FrameConstants::host_scene; never null
   const Image* host_radiance = nullptr;          // likewise
@@ -32,6 +32,8 @@ struct CompositeInputs {
 
 class CompositePass {
  public:
+  enum class Layer : std::uint8_t { none, full, upscaled, upscaled_and_kept };
+
   explicit CompositePass(Device& device);
 
   // hdr: RGBA32F, linear radiance before exposure; display: RGBA8, sRGB. camera_world_m places the ground's pattern.
@@ -43,7 +45,7 @@ class CompositePass {
     ComputeKernel tiles, sun;
     std::array<ComputeKernel, 5> kinds;  // composite_tiles.glsl
   };
-  const Kernels& kernels(bool air, bool clouds, bool shadow, bool upscale);
+  const Kernels& kernels(bool air, bool shadow, Layer layer);
 
   Device& device_;
   HazeShadow haze_shadow_;

@@ -36,7 +36,7 @@ struct FramePasses::Clouds {
         occlusion(device, particles.capacity()),
         sort(device, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
         shadow(device, kShadowTexelsPerTile),
-        layer(device, {settings.width, settings.height, settings.scale}, settings.backend, settings.blend, particles.capacity(),
+        layer(device, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend, settings.blend, particles.capacity(),
               settings.method == Method::raymarch ? settings.march_steps : 0),
         counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}
 
@@ -91,10 +91,10 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
                       atmosphere_.tables().sky_irradiance, c.tables, *composite.host_distance});
   composite.layer_color = &c.layer.layer_color();
   composite.layer_depth = &c.layer.layer_depth();
-  composite.layer_scene = &c.layer.layer_scene();
   if (constants.scale > 1) {
-    composite.full_color = &c.layer.color();
-    composite.full_depth = &c.layer.depth();
+    composite.layer_scene = &c.layer.layer_scene();
+    composite.full_color = c.layer.color();
+    composite.full_depth = c.layer.depth();
   }
   if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
     composite.cloud_shadow = &c.shadow.add(frame, constants_, tiles);

@@ -38,6 +38,7 @@ struct RenderSettings {
   std::uint32_t width = 1280, height = 720;  // 1 .. kMaxImageSide
   Quality quality = Quality::medium;
   std::uint32_t scale = 1;                   // the cloud layer has 1 / scale of the resolution: 1, 2 or 4
+  bool full_layer = true;                    // off: at a scale above 1 the cloud layer alone is not kept at full size, which saves its writing
   bool reuse = true;                         // off: every frame does all its work again, which changes no pixel
   Backend backend = Backend::automatic;
   BlendMode blend = BlendMode::volume;       // exact needs the tiled backend
@@ -93,13 +94,13 @@ class Renderer {
   void collect();
   const Image& hdr() const;          // RGBA32F, linear radiance before exposure
   const Image& display() const;      // RGBA8, tone-mapped sRGB
-  const Image* cloud_color() const;  // RGBA32F, premultiplied radiance and transmittance; null: a scene without clouds
+  const Image* cloud_color() const;  // RGBA32F, premultiplied radiance and transmittance; null: a scene without clouds, or not kept
   const Image* cloud_depth() const;  // R32F, metres to the first matter, +inf without
 
   // Of the last frame, row by row from the top left.
   std::vector<float> read_hdr();             // linear R G B A, before exposure and tone mapping; A = 1
   std::vector<std::uint8_t> read_display();  // tone-mapped sRGB R G B A
-  std::vector<float> read_layers();          // R G B T Z: the cloud layer alone; Z = +inf without matter
+  std::vector<float> read_layers();          // R G B T Z: the cloud layer alone, if it is kept; Z = +inf without matter
 
   // The clouds of the last frame, whether or not the camera sees them: render space, weighted by level of detail.
   std::vector<shared::Particle> read_particles();

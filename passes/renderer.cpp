@@ -241,12 +241,12 @@ const Image& Renderer::display() const { return implementation_->passes.display(
 
 const Image* Renderer::cloud_color() const {
   const CloudLayer* layer = implementation_->passes.cloud_layer();
-  return layer ? &layer->color() : nullptr;
+  return layer ? layer->color() : nullptr;
 }
 
 const Image* Renderer::cloud_depth() const {
   const CloudLayer* layer = implementation_->passes.cloud_layer();
-  return layer ? &layer->depth() : nullptr;
+  return layer ? layer->depth() : nullptr;
 }
 
 std::vector<float> Renderer::read_hdr() {
@@ -268,8 +268,9 @@ std::vector<float> Renderer::read_layers() {
   std::vector<glm::vec4> color(count, glm::vec4(0, 0, 0, 1));
   std::vector<float> depth(count, INFINITY);
   if (clouds) {
-    clouds->color().read(std::as_writable_bytes(std::span(color)));
-    clouds->depth().read(std::as_writable_bytes(std::span(depth)));
+    NEPHELE_CHECK(clouds->color(), "RenderSettings::full_layer is off");
+    clouds->color()->read(std::as_writable_bytes(std::span(color)));
+    clouds->depth()->read(std::as_writable_bytes(std::span(depth)));
   }
   for (std::size_t i = 0; i < count; ++i) {
     const float pixel[5] = {color[i].x, color[i].y, color[i].z, color[i].w, depth[i]};

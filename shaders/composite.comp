@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// variants: sky sky_clouds=CLOUDS sky_clouds_shadow=CLOUDS,SHADOW sky_upscale=CLOUDS,UPSCALE sky_upscale_shadow=CLOUDS,UPSCALE,SHADOW vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS vacuum_clouds_shadow=VACUUM,CLOUDS,SHADOW vacuum_upscale=VACUUM,CLOUDS,UPSCALE vacuum_upscale_shadow=VACUUM,CLOUDS,UPSCALE,SHADOW
+// variants: sky sky_clouds=CLOUDS sky_clouds_shadow=CLOUDS,SHADOW sky_upscale=CLOUDS,UPSCALE sky_upscale_shadow=CLOUDS,UPSCALE,SHADOW vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS vacuum_clouds_shadow=VACUUM,CLOUDS,SHADOW vacuum_upscale=VACUUM,CLOUDS,UPSCALE vacuum_upscale_shadow=VACUUM,CLOUDS,UPSCALE,SHADOW sky_keep=CLOUDS,UPSCALE,KEEP sky_keep_shadow=CLOUDS,UPSCALE,KEEP,SHADOW vacuum_keep=VACUUM,CLOUDS,UPSCALE,KEEP vacuum_keep_shadow=VACUUM,CLOUDS,UPSCALE,KEEP,SHADOW
 // The final image: sky, sun and ground; the cloud layer, brought to the image's resolution, over them through the air
 // between; exposure and tone map. A workgroup has a tile of one kind (composite_tiles.glsl), and the kernel of a kind holds
 // what such tiles need and nothing else: on a CPU every pixel pays for all code of its kernel, needed or not.
@@ -33,9 +33,11 @@ layout(set = 0, binding = 7) uniform sampler2D view_transmittance;
 layout(set = 0, binding = 8) uniform sampler2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 9) uniform sampler2D layer_depth;  // metres to the first matter, +inf without
 #endif
-#ifdef UPSCALE
+#ifdef KEEP
 layout(set = 0, binding = 16, rgba32f) uniform writeonly image2D full_color;  // the layer at the image's resolution
 layout(set = 0, binding = 17, r32f) uniform writeonly image2D full_depth;
+#endif
+#ifdef UPSCALE
 layout(set = 0, binding = 18) uniform sampler2D layer_scene;
 #endif
 #ifndef VACUUM
@@ -179,8 +181,10 @@ vec4 cloud_at(ivec2 pixel, out float cloud_m) {
   vec4 cloud = vec4(0.0, 0.0, 0.0, 1.0);
   cloud_m = uintBitsToFloat(0x7f800000u);
   if (kCloudy) cloud = upscaled(vec2(pixel) + 0.5, kMixed, cloud_m);
+#ifdef KEEP
   imageStore(full_color, pixel, cloud);
   imageStore(full_depth, pixel, vec4(cloud_m));
+#endif
   return cloud;
 #else
   cloud_m = texelFetch(layer_depth, pixel, 0).r;

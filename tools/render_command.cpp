@@ -87,6 +87,7 @@ Result<RenderJob> prepare(const RenderOptions& options) {
                   .height = size->height,
                   .quality = quality_named(options.quality),
                   .scale = options.scale,
+                  .full_layer = !options.layers.empty(),
                   .reuse = options.reuse,
                   .backend = parse_backend(options.backend),
                   .blend = options.blend == blend_mode_name(BlendMode::exact) ? BlendMode::exact : BlendMode::volume,

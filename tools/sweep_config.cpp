@@ -49,6 +49,7 @@ json* scene_member(json& document, const std::string& key) {
 
 void read_settings(JsonReader& reader, JsonObject& object, SweepPicture& picture) {
   RenderSettings& render = picture.render;
+  render.full_layer = false;  // nothing reads it
   std::string resolution = concat(render.width, 'x', render.height);
   object.string("resolution", resolution);
   if (const Result<ImageSize> size = parse_image_size(object.path_of("resolution"), resolution)) {

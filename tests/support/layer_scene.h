@@ -121,8 +121,8 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
       if (pass.name == "shade_blend" || pass.name == "screen_tiles" || pass.name == "resolve") ms += pass.gpu_ms;
     result.shade_ms = std::min(result.shade_ms, ms);
   }
-  layer.color().read(std::as_writable_bytes(std::span(result.color)));
-  layer.depth().read(std::as_writable_bytes(std::span(result.depth)));
+  layer.color()->read(std::as_writable_bytes(std::span(result.color)));
+  layer.depth()->read(std::as_writable_bytes(std::span(result.depth)));
   const shared::FrameCounters after = counters.read_vector<shared::FrameCounters>(1)[0];
   result.pairs_shaded = after.pairs_shaded;
   result.pairs_lost = after.screen_pair_demand - after.screen_pair_count;
