@@ -42,28 +42,26 @@ NEPHELE_FN vec3 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint
   float second = 9.0f;
   vec2 sum = vec2(0.0f);
   float weights = 0.0f;
-  int reach = ground_fade(lattice_cell_m(kFieldCells), footprint_m) > 0.0f ? 1 : -1;
-  for (int pass = 0; pass < 1 + reach; ++pass) {  // the nearest first: weights relative to it cannot all vanish
-    for (int y = -1; y <= reach; ++y) {
-      for (int x = -1; x <= reach; ++x) {
-        uint h = noise_mix(((base.x + uint(x)) * kNoiseSpreadX) ^ ((base.y + uint(y)) * kNoiseSpreadY) ^ kGroundSeed);
-        float dx = abs(float(x) + 0.1f + 0.8f * float(h & 255u) * (1.0f / 255.0f) - f.x);
-        float dy = abs(float(y) + 0.1f + 0.8f * float((h >> 8u) & 255u) * (1.0f / 255.0f) - f.y);
-        float d = max(dx, dy) + 0.35f * min(dx, dy);  // between a square and a circle: fields have straight sides
-        if (pass == 0) {
-          second = min(second, max(nearest, d));
-          nearest = min(nearest, d);
-        } else {
-          float w = exp(-min(60.0f, (d - nearest) / softness));
-          sum += w * vec2(float((h >> 16u) & 255u) * (2.0f / 255.0f) - 1.0f, float(h >> 24u) * (2.0f / 255.0f) - 1.0f);
-          weights += w;
-        }
-      }
-    }
+  int neighbours = ground_fade(lattice_cell_m(kFieldCells), footprint_m) > 0.0f ? 9 : 0;
+  for (int i = 0; i < neighbours; ++i) {
+    int x = i % 3 - 1;
+    int y = i / 3 - 1;
+    uint h = noise_mix(((base.x + uint(x)) * kNoiseSpreadX) ^ ((base.y + uint(y)) * kNoiseSpreadY) ^ kGroundSeed);
+    float dx = abs(float(x) + 0.1f + 0.8f * float(h & 255u) * (1.0f / 255.0f) - f.x);
+    float dy = abs(float(y) + 0.1f + 0.8f * float((h >> 8u) & 255u) * (1.0f / 255.0f) - f.y);
+    float d = max(dx, dy) + 0.35f * min(dx, dy);  // between a square and a circle: fields have straight sides
+    // Weights are relative to the nearest so far, so that they cannot all vanish.
+    float less = exp(-min(60.0f, abs(d - nearest) / softness));
+    float kept = d < nearest ? less : 1.0f;
+    float w = d < nearest ? 1.0f : less;
+    sum = kept * sum + w * vec2(float((h >> 16u) & 255u) * (2.0f / 255.0f) - 1.0f, float(h >> 24u) * (2.0f / 255.0f) - 1.0f);
+    weights = kept * weights + w;
+    second = min(second, max(nearest, d));
+    nearest = min(nearest, d);
   }
   float hedge = kHedgeM / lattice_cell_m(kFieldCells);
   float seam = (1.0f - smoothstep(0.0f, hedge + 2.0f * softness, second - nearest)) * hedge / (hedge + 2.0f * softness);
-  return reach > 0 ? vec3(sum / weights, seam) : vec3(0.0f);
+  return neighbours > 0 ? vec3(sum / weights, seam) : vec3(0.0f);
 }
 
 // ground_m: place in the world's grid (not the clouds'), relative to origin_index units. footprint_m: the longer side
