@@ -41,7 +41,7 @@ void PrefixSum::add(FrameBuilder& frame, std::string name, const Buffer& values,
     const Level to{&sums_[levels.size() - 1], (from.count + kRun - 1) / kRun};
     frame.compute({.name = name,
                    .kernel = &reduce_,
-                   .bindings = {{0, *from.values, Access::storage_read}, {1, *to.values, Access::storage_write}},
+                   .bindings = {{0, *from.values, Access::words}, {1, *to.values, Access::storage_write}},
                    .push = as_push(from.count),
                    .groups = {groups_for(to.count), 1, 1}});
     levels.push_back(to);

@@ -1,11 +1,13 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#include "texels.glsl"
 
 // Up one level of a prefix sum: each thread adds up a run of values.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kRun = 64u;
 
-layout(scalar, set = 0, binding = 0) readonly buffer Values { uint values[]; };
+layout(set = 0, binding = 0) uniform usamplerBuffer values;
 layout(scalar, set = 0, binding = 1) writeonly buffer Sums { uint sums[]; };
 layout(push_constant) uniform Push { uint count; };
 
@@ -15,6 +17,6 @@ void main() {
   if (begin >= count) return;
   const uint end = min(begin + kRun, count);
   uint sum = 0u;
-  for (uint i = begin; i < end; ++i) sum += values[i];
+  for (uint i = begin; i < end; ++i) sum += word_at(values, i);
   sums[run] = sum;
 }
