@@ -14,18 +14,47 @@ layout(local_size_x = 8) in;
 
 const uint kStack = kColumnPlaces;  // segments: those of one pixel always fit
 BlendSegment stack[kStack];
-uint row_begin[kScreenTilePx + 1u];  // of each row's segments in the stack
-
-// The list's places whose particles may cover a pixel of this thread's column: words of 32 places, a row after the other in
-// each. Made once, so that the next place is one look at a word; looking at the masks one place after the other took the
-// eight threads half a million rounds a frame, a quarter of the time.
-const uint kWordPlaces = 32u;
-uint covering[kColumnPlaces / kWordPlaces * kScreenTilePx];
 
 // A thread's pixel in a row: a knight's move on from row to row, so that threads share a cloud's edge whichever way it runs.
 uint column_of(uint thread, uint row) { return (thread + 3u * row) % kScreenTilePx; }
 
-void find_covering(uint thread, uvec2 range) {
+// The list's places whose particles may cover a pixel of this thread, row by row in words of 32 places: made once, so that the
+// next place is a bit of a word at hand.
+const uint kWordPlaces = 32u, kRowWords = kColumnPlaces / kWordPlaces;
+uint covering[kScreenTilePx * kRowWords];
+
+// The next place to shade is the lowest of `bits`, which are what is left of a word; `left` has a bit for each word after
+// it that holds any, those of rows 0 to 3 in x. There is no loop in any step: on a CPU each round of the loop that shades pays for the
+// body of every loop in it.
+struct Cursor {
+  uint word, bits;
+  uvec2 left;
+};
+
+uint row_of(Cursor cursor) { return cursor.word / kRowWords; }
+uint place_of(Cursor cursor, uvec2 range) { return range.x + cursor.word % kRowWords * kWordPlaces + uint(findLSB(cursor.bits)); }
+
+uvec2 words_from_row(uint row) { return uvec2(row < 4u ? ~0u << (row * kRowWords) : 0u, row < 4u ? ~0u : ~0u << ((row - 4u) * kRowWords)); }
+
+void next_word(inout Cursor cursor) {
+  if (cursor.bits != 0u || cursor.left == uvec2(0u)) return;
+  const bool upper = cursor.left.x != 0u;
+  cursor.word = uint(findLSB(upper ? cursor.left.x : cursor.left.y)) + (upper ? 0u : 32u);
+  if (upper) cursor.left.x &= cursor.left.x - 1u;
+  else cursor.left.y &= cursor.left.y - 1u;
+  cursor.bits = covering[cursor.word];
+}
+
+void next_row(inout Cursor cursor) {
+  cursor.bits = 0u;
+  const uint row = row_of(cursor);
+  cursor.left &= row + 1u < kScreenTilePx ? words_from_row(row + 1u) : uvec2(0u);
+  next_word(cursor);
+}
+
+// Fills `covering`; the words that hold any places.
+uvec2 find_covering(uint thread, uvec2 range) {
+  uvec2 held = uvec2(0u);
   for (uint first = range.x; first < range.y; first += kWordPlaces) {
     uint words[kScreenTilePx];
     for (uint r = 0u; r < kScreenTilePx; ++r) words[r] = 0u;
@@ -35,20 +64,23 @@ void find_covering(uint thread, uvec2 range) {
       for (uint r = 0u; r < kScreenTilePx; ++r)
         words[r] |= (((r < 4u ? mask.x : mask.y) >> (kScreenTilePx * (r & 3u) + column_of(thread, r))) & 1u) << k;
     }
-    for (uint r = 0u; r < kScreenTilePx; ++r) covering[(first - range.x) / kWordPlaces * kScreenTilePx + r] = words[r];
+    const uint word = (first - range.x) / kWordPlaces;
+    for (uint r = 0u; r < kScreenTilePx; ++r) {
+      covering[r * kRowWords + word] = words[r];
+      if (words[r] != 0u) held[r / 4u] |= 1u << (r % 4u * kRowWords + word);
+    }
   }
+  return held;
 }
 
-// The first place from `at` on that may cover the row's pixel; the range's end when there is none.
-uint next_covering(uint at, uvec2 range, uint row) {
-  uint word = 0u;
-  uint i = (at - range.x) / kWordPlaces;
-  uint keep = 0xffffffffu << ((at - range.x) % kWordPlaces);
-  while (word == 0u && range.x + i * kWordPlaces < range.y) {
-    word = covering[i++ * kScreenTilePx + row] & keep;
-    keep = 0xffffffffu;
-  }
-  return word == 0u ? range.y : range.x + (i - 1u) * kWordPlaces + uint(findLSB(word));
+// Counts of eight rows, 16 bits each.
+void add_to_row(inout uvec4 counts, uint row, uint more) {
+  for (uint k = 0u; k < 4u; ++k) counts[k] += row / 2u == k ? more << (16u * (row % 2u)) : 0u;
+}
+uint count_of_row(uvec4 counts, uint row) {
+  uint two = counts.x;
+  for (uint k = 1u; k < 4u; ++k) two = row / 2u == k ? counts[k] : two;
+  return (two >> (16u * (row % 2u))) & 0xffffu;
 }
 
 void main() {
@@ -59,26 +91,20 @@ void main() {
   const uvec2 first_pixel = tile * kScreenTilePx;
   const uint rows = min(kScreenTilePx, frame.layer_size_px.y - first_pixel.y);
   uint shaded = 0u;
-  find_covering(thread, range);
+  const uvec2 held = find_covering(thread, range);
   for (uint from_row = 0u; from_row < rows;) {
     // Forward: up to the last row, or to the one whose segments find no room; that one is begun anew afterwards.
-    uint row = from_row, place = range.x, count = 0u;
+    Cursor cursor = Cursor(0u, 0u, held & words_from_row(from_row));
+    uint row = from_row, count = 0u;
+    uvec4 row_counts = uvec4(0u);
     float depth = 0.0, reach_m = 0.0;
     bool full = false;
-    row_begin[row] = 0u;
-    for (;;) {
-      bool has_place = false;
-      while (!has_place && row < rows && !full) {
-        place = next_covering(place, range, row);
-        // Where the pixel is opaque and a gap follows, the rest cannot change what is in front of it (cloud_tiles.comp).
-        has_place = place < range.y && !(depth >= opaque_depth && float_at(begins_m, place) >= reach_m);
-        if (!has_place) {
-          row_begin[++row] = count;
-          place = range.x;
-          depth = reach_m = 0.0;
-        }
-      }
-      if (!has_place) break;
+    next_word(cursor);
+    while (cursor.bits != 0u && !full) {
+      const uint place = place_of(cursor, range);
+      cursor.bits &= cursor.bits - 1u;
+      if (row_of(cursor) != row) depth = reach_m = 0.0;
+      row = row_of(cursor);
       const uvec2 pixel = first_pixel + uvec2(column_of(thread, row), row);
       const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
       const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
@@ -88,17 +114,23 @@ void main() {
         reach_m = max(reach_m, segment.far_m);
         depth += segment.extinction_per_m * (segment.far_m - segment.near_m);
         full = count == kStack;
-        if (!full) stack[count++] = segment;
+        if (!full) {
+          stack[count++] = segment;
+          add_to_row(row_counts, row, 1u);
+        }
       }
-      ++place;
+      next_word(cursor);
+      // Where the pixel is opaque and a gap follows, the rest cannot change what is in front of it (cloud_tiles.comp).
+      if (cursor.bits != 0u && row_of(cursor) == row && depth >= opaque_depth && float_at(begins_m, place_of(cursor, range)) >= reach_m)
+        next_row(cursor);
     }
     // Back: the stack's top is the last row's farthest segment.
-    if (full) count = row_begin[row];
-    const uint past_row = row;
+    const uint past_row = full ? row : rows;
+    if (full) count -= count_of_row(row_counts, row);
     for (uint r = kScreenTilePx; r-- > 0u;) {
       if (r >= from_row && r < past_row) {
         BlendState state = blend_empty();
-        while (count > row_begin[r]) blend_add(state, stack[--count]);
+        for (uint k = count_of_row(row_counts, r); k > 0u; --k) blend_add(state, stack[--count]);
         blend_finish(state);
         const uvec2 pixel = first_pixel + uvec2(column_of(thread, r), r);
         if (pixel.x < frame.layer_size_px.x) {
