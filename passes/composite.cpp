@@ -86,7 +86,7 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
   if (air) {
     ComputeStep sun{.name = "composite",
                     .kernel = &with.sun,
-                    .bindings = {{0, *inputs.frame_constants, Access::uniform},
+                    .bindings = {{0, *inputs.frame_constants, Access::storage_read},
                                  {3, air->transmittance, Access::sampled},
                                  {19, tiles_, Access::storage_read_write}}};
     if (clouds) sun.bindings.emplace_back(8, *inputs.layer_color, Access::sampled, Sampler::nearest_clamp);

@@ -9,7 +9,9 @@
 #include "composite_tiles.glsl"
 
 layout(local_size_x = 1) in;
-layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };
+// Not a uniform buffer: lavapipe puts uniform data into the code, where much of that hangs on it, and would compile this shader
+// anew every frame.
+layout(set = 0, binding = 0, scalar) readonly buffer Frame { FrameConstants frame; };
 layout(set = 0, binding = 3) uniform sampler2D transmittance;
 #ifdef CLOUDS
 layout(set = 0, binding = 8) uniform sampler2D layer_color;
