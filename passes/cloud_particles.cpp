@@ -184,12 +184,12 @@ void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const 
                  .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::texels}, {2, features_near_, Access::storage_write}},
                  .push = push,
                  .groups = {groups_for(near_count_), 1, 1}});
+  frame.fill("grid_cells", cell_counts_, 0);
   frame.compute({.name = "grid_cells",
                  .kernel = &list_,
                  .bindings = {{0, buffer, Access::uniform},
                               {1, cell_list_, Access::storage_write},
-                              {2, cell_counts_, Access::storage_write},
-                              {3, counters_, Access::storage_read_write}},
+                              {2, counters_, Access::storage_read_write}},
                  .groups = {groups_for(cell_count_), 1, 1}});
   frame.compute({.name = "grid_cells",
                  .kernel = &cells_,

@@ -107,7 +107,7 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
   float distance_m = ground_distance(altitude_m, mu);
   vec3 p_m = direction * distance_m;
 #ifdef SHADOW
-  float sunlit = cloud_shadow(cloud_shadow_map, frame, p_m);
+  float sunlit = cloud_shadow(cloud_shadow_map, frame.light_from_render, light_uv_scale(frame.view_distance_m), p_m);
 #else
   float sunlit = 1.0;
 #endif

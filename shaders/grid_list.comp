@@ -9,15 +9,13 @@ layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) writeonly buffer CellList { uint cell_list[]; };
-layout(scalar, set = 0, binding = 2) writeonly buffer CellCounts { uint cell_counts[]; };  // particles
-layout(scalar, set = 0, binding = 3) buffer Counters { FrameCounters counters; };
+layout(scalar, set = 0, binding = 2) buffer Counters { FrameCounters counters; };
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= grid_cell_count(frame)) return;
-  cell_counts[i] = 0u;
   if (!cell_may_show(frame, grid_cell(frame, i))) return;
   const uint place = atomicAdd(counters.found_cell_count, 1u);
   cell_list[place] = i;
-  atomicMax(counters.found_cell_groups.x, place / 64u + 1u);
+  if (place % 64u == 0u) atomicMax(counters.found_cell_groups.x, place / 64u + 1u);
 }

@@ -42,6 +42,7 @@ void main() {
                                                  frame.image_size_px) - direction);
   float sinking = horizon_cosine(h) - mu - texel_rad;
   float bottom_m = frame.ground_enabled != 0u && sinking > 0.0 ? -h * texel_rad / sinking : -1.0e30;
+  float uv_scale = light_uv_scale(frame.view_distance_m);
   uint i = 0u;
   bool on = true;
   for (; on && i < kHazeShadowSteps; ++i) {
@@ -55,7 +56,7 @@ void main() {
     AirMedium medium = air_medium(h0, d0, h1, d1, h_middle);
     vec3 depth = medium.extinction_per_m * (t1 - t0);
     vec3 step_transmittance = exp(-depth);
-    float shadowed = 1.0 - cloud_shadow(cloud_shadow_map, frame, direction * middle);
+    float shadowed = 1.0 - cloud_shadow(cloud_shadow_map, frame.light_from_render, uv_scale, direction * middle);
     if (shadowed > 0.0)
       lost += through * mean_attenuation(depth, step_transmittance) * (t1 - t0) * shadowed *
               (medium.rayleigh_scattering_per_m * rayleigh + medium.aerosol_scattering_per_m * aerosol) *

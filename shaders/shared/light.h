@@ -39,10 +39,11 @@ NEPHELE_FN float light_unwarp(float y) {
 }
 
 // (u, v) in metres <-> the grid as [0, 1]^2; outside it when beyond the reach.
-NEPHELE_FN vec2 light_uv(vec2 across_m, float view_distance_m) {
-  float scale = 0.5f / light_warp(light_reach_m(view_distance_m));
+NEPHELE_FN float light_uv_scale(float view_distance_m) { return 0.5f / light_warp(light_reach_m(view_distance_m)); }
+NEPHELE_FN vec2 scaled_light_uv(vec2 across_m, float scale) {
   return vec2(0.5f + light_warp(across_m.x) * scale, 0.5f + light_warp(across_m.y) * scale);
 }
+NEPHELE_FN vec2 light_uv(vec2 across_m, float view_distance_m) { return scaled_light_uv(across_m, light_uv_scale(view_distance_m)); }
 
 NEPHELE_FN vec2 light_across(vec2 uv, float view_distance_m) {
   float scale = 2.0f * light_warp(light_reach_m(view_distance_m));
