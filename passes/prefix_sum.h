@@ -1,7 +1,7 @@
 // Exclusive prefix sum of 32-bit counts: the deterministic way to give every thread its place in an output.
 //
 // reads -> writes: values -> values (in place), total
-// cost: two reads and one write a value; one dispatch a level up and one down, kRun values a thread and level.
+// cost: two reads and one write a value; one dispatch a level up and one down, a run of values a thread and level.
 // No thread waits for another inside a dispatch, so it is right on every device and quick on lavapipe, where
 // a barrier inside a shader costs more than another dispatch.
 #pragma once
@@ -25,11 +25,10 @@ class PrefixSum {
            VkDeviceSize total_offset_bytes = 0);
 
  private:
-  static constexpr std::uint32_t kRun = 64;  // values a thread sums in turn
-
+  std::uint32_t run_, local_size_;  // values that a thread sums in turn; threads of a workgroup
   ComputeKernel reduce_, scan_, scan_top_;
   std::uint32_t max_count_;
-  std::vector<Buffer> sums_;  // sums_[k]: one value for every kRun^(k+1) values
+  std::vector<Buffer> sums_;  // sums_[k]: one value for every run_^(k+1) values
 };
 
 }  // namespace nephele

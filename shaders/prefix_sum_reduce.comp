@@ -4,7 +4,7 @@
 #include "texels.glsl"
 
 // Up one level of a prefix sum: each thread adds up a run of values.
-layout(local_size_x = 64) in;
+layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kRun = 64u;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer values;

@@ -4,7 +4,7 @@
 
 // Down one level of a prefix sum: each thread scans its run, starting from the sum of all runs before it.
 // The top level is one run, which starts from 0 and gives the total.
-layout(local_size_x = 64) in;
+layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kRun = 64u;
 
 layout(scalar, set = 0, binding = 0) buffer Values { uint values[]; };
