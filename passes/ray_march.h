@@ -1,6 +1,6 @@
 // The clouds by marching rays through the particles' own density: the baseline that particles shaded whole are measured
 // against. Tiles of 8x8 pixels list their particles nearest first; a ray goes from one occupied stretch to the next in
-// jittered steps that grow with the particles and ends where it is opaque.
+// jittered steps that grow with the particles and ends where it is opaque; a filter takes out the noise that the jitter leaves.
 //
 // reads -> writes: draw particles nearest first, counters, tables, scene distance -> lists -> layer colour and depth
 // cost: samples (steps in occupied space before the ray is opaque) times the particles that overlap there, one density
@@ -27,9 +27,9 @@ class RayMarch {
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  ComputeKernel density_kernel_, march_;
+  ComputeKernel density_kernel_, march_, reconstruct_;
   ScreenLists lists_;
-  Image density_;
+  Image density_, marched_, marched_noise_;
   bool density_ready_ = false;
 };
 

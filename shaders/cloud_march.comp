@@ -26,12 +26,14 @@ layout(set = 0, binding = 5) uniform sampler3D density_lattice;
 layout(set = 0, binding = 6) uniform sampler3D multiple_table;
 layout(set = 0, binding = 7) uniform sampler2D layer_scene;  // metres to what stands behind
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
-layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
+layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D marched;        // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
+layout(set = 0, binding = 12, rgba16f) writeonly uniform image2D marched_noise;  // deviations of transmittance and luminance
 layout(set = 0, binding = 11) uniform usamplerBuffer pixels;  // that the particle may cover
 
 #include "camera_rays.glsl"
 #include "driver_limit.glsl"
+#include "march_noise.glsl"
 #include "tables.glsl"
 #include "texels.glsl"
 
@@ -182,6 +184,10 @@ void main() {
   const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
   const float mu = dot(frame.sun_direction, direction), jitter = jitter_of(pixel);
 
+  // A sample stands for its step, in which it lies anywhere: between two samples apart by d that is off by d / sqrt(12) or so.
+  const float kVariance = 1.0 / 12.0;
+  float before_per_m = 0.0, before_luminance = 0.0;  // of the sample before
+  float depth_variance = 0.0, luminance_variance = 0.0;
   vec3 radiance = vec3(0.0);
   float transmittance = 1.0, first_m = kNoMatterM, t = 0.0;
   Candidate open[kOpen];  // met, and not yet left behind
@@ -239,13 +245,22 @@ void main() {
     }
     if (s.extinction_per_m > 0.0) {
       const float opacity = opacity_of(s.extinction_per_m * (end_m - t));
-      radiance += transmittance * opacity * source_radiance(s, mu);
+      const vec3 source = source_radiance(s, mu);
+      const float luminance = luminance_of(source);
+      const float depth_apart = (s.extinction_per_m - before_per_m) * (end_m - t);
+      const vec2 luminance_apart = transmittance * vec2((1.0 - opacity) * luminance * depth_apart, opacity * (luminance - before_luminance));
+      depth_variance += kVariance * depth_apart * depth_apart;
+      luminance_variance += kVariance * dot(luminance_apart, luminance_apart);
+      before_luminance = luminance;
+      radiance += transmittance * opacity * source;
       transmittance *= 1.0 - opacity;
       if (s.matter) first_m = min(first_m, at_m);
     }
+    before_per_m = s.extinction_per_m;
     t = end_m;
   }
-  imageStore(layer_color, ivec2(pixel), vec4(radiance, transmittance));
+  imageStore(marched_noise, ivec2(pixel), vec4(transmittance * sqrt(depth_variance), sqrt(luminance_variance), 0.0, 0.0));
+  imageStore(marched, ivec2(pixel), vec4(radiance, transmittance));
   imageStore(layer_depth, ivec2(pixel), vec4(first_m < kNoMatterM ? first_m : uintBitsToFloat(0x7f800000u)));
   if (lookups > 0u) atomicAdd(counters.pairs_shaded, lookups);
   if (loops_were_ended(1u + frame.scale)) atomicAdd(counters.rays_cut_short, 1u);

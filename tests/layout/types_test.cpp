@@ -50,26 +50,26 @@ TEST_CASE("FrameConstants") {
 }
 
 TEST_CASE("Particle") {
-  check_layout(shaders::prepare_draw_comp, "Particle",
+  check_layout(shaders::particles_comp, "Particle",
                {MEMBER(Particle, center_m), MEMBER(Particle, extinction_per_m), MEMBER(Particle, radius_m), MEMBER(Particle, yaw_rad),
                 MEMBER(Particle, orientation), MEMBER(Particle, flags), MEMBER(Particle, base_m), MEMBER(Particle, top_m),
                 MEMBER(Particle, radiance_per_sr), MEMBER(Particle, id)});
 }
 
 TEST_CASE("ParticleLight") {
-  check_layout(shaders::prepare_draw_comp, "ParticleLight",
+  check_layout(shaders::occlusion_comp, "ParticleLight",
                {MEMBER(ParticleLight, sun_irradiance), MEMBER(ParticleLight, tau_sun), MEMBER(ParticleLight, tau_gradient_per_m),
                 MEMBER(ParticleLight, tau_near), MEMBER(ParticleLight, tau_behind), MEMBER(ParticleLight, openness)});
 }
 
 TEST_CASE("DrawParticle") {
   check_layout(shaders::cloud_frag_alpha, "DrawParticle",
-               {MEMBER(DrawParticle, reference_from_render), MEMBER(DrawParticle, center_m), MEMBER(DrawParticle, extinction_per_m),
-                MEMBER(DrawParticle, light_direction), MEMBER(DrawParticle, optical_radius), MEMBER(DrawParticle, sun_irradiance),
-                MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, base_m),
-                MEMBER(DrawParticle, sky_up_radiance), MEMBER(DrawParticle, sky_share), MEMBER(DrawParticle, sky_down_radiance),
-                MEMBER(DrawParticle, flags), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, tau_near), MEMBER(DrawParticle, tau_behind),
-                MEMBER(DrawParticle, sky_share_per_m), MEMBER(DrawParticle, outward)});
+               {MEMBER(DrawParticle, reference_from_render), MEMBER(DrawParticle, center_m), MEMBER(DrawParticle, light_direction),
+                MEMBER(DrawParticle, extinction_per_m), MEMBER(DrawParticle, sun_irradiance), MEMBER(DrawParticle, optical_radius),
+                MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, sky_up_radiance),
+                MEMBER(DrawParticle, base_m), MEMBER(DrawParticle, sky_down_radiance), MEMBER(DrawParticle, sky_share),
+                MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, flags), MEMBER(DrawParticle, tau_near),
+                MEMBER(DrawParticle, tau_behind), MEMBER(DrawParticle, sky_share_per_m), MEMBER(DrawParticle, outward)});
 }
 
 TEST_CASE("FrameCounters") {
@@ -88,7 +88,8 @@ TEST_CASE("reflection tells bindings and their direction") {
   const Reflection reflection = reflect(shaders::prepare_draw_comp);
   REQUIRE(reflection.bindings.size() == 8);
   CHECK(reflection.bindings[0].type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
-  CHECK((reflection.bindings[1].reads && !reflection.bindings[1].writes));
+  CHECK(reflection.bindings[1].type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
+  CHECK((reflection.bindings[2].reads && !reflection.bindings[2].writes));
   CHECK((!reflection.bindings[6].reads && reflection.bindings[6].writes));
   CHECK(reflection.bindings[7].type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
   CHECK(reflection.local_size[0] == 64);
