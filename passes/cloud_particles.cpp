@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::uint32_t kLocalSize = 64;
 constexpr double kBytesPerParticle = 160.0;  // the largest array with an element for every particle
+constexpr double kTexelsPerParticle = 10.0;  // the same as texels
 constexpr double kEvenOutM = 5000.0;        // over fewer metres than this the sky may be much fuller than its mean
 
 std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
@@ -110,7 +111,7 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
   const double covered = std::min(1.0, 1.15 * constants.coverage + 0.1 + kEvenOutM / std::max(reach, 1.0));
   const double per_cell = 1.2 + 0.6 * (constants.layer_count - 1.0) + 2.1 * constants.crown_per_cell;
   const double wanted = constants.clouds_enabled ? 1.15 * cells * covered * per_cell + 256.0 : 0.0;
-  const double limit = static_cast<double>(device.max_storage_buffer_bytes) / kBytesPerParticle;
+  const double limit = std::min(static_cast<double>(device.max_storage_buffer_bytes) / kBytesPerParticle, device.max_texel_buffer_elements / kTexelsPerParticle);
   return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, std::floor(limit)));
 }
 

@@ -1,7 +1,7 @@
 // The drawn particles by tiles of 8 x 8 pixels of the cloud layer: what the compute ways of drawing clouds (tiled_blend.h,
 // ray_march.h) walk.
 //
-// reads -> writes: draw particles (farthest first), counters -> lists that run from front to back, bounds, draw texels; in
+// reads -> writes: draw particles (farthest first), counters -> lists that run from front to back, bounds; in
 //   counters screen_pair_*
 // cost: one sort of the (tile, particle) pairs.
 #pragma once

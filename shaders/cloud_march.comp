@@ -3,7 +3,9 @@
 //
 // After: Jimenez de Parga and Gomez Palomo, Efficient Algorithms for Real-Time GPU Volumetric Cloud Rendering with Enhanced
 // Geometry (2018): candidates of a tile sorted along the ray, no place traced twice, none in gaps; Kobak and Alda,
-// Modeling and Rendering of Convective Cumulus Clouds for Real-Time Graphics Purposes (2017), 6.3.3: jittered steps, early end.
+// Modeling and Rendering of Convective Cumulus Clouds for Real-Time Graphics Purposes (2017), 6.3.3: jittered steps, early end
+// (march_reconstruct.comp takes their noise out). What the former keeps in a voxel grid, light traced once and not from each sample,
+// is kept by particle here: its depth towards the sun and how that varies inside it (occlusion.comp).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -116,6 +118,7 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
 // What a place of the ray adds up to.
 struct Sample {
   float extinction_per_m, lit_per_m;          // of all, of those that the sun lights
+  float varying_per_m;                        // of those that are not homogeneous
   float tau, tau_near, tau_rest, tau_inside, outward, multiple_per_sr;  // weighted by lit extinction
   vec3 sun_irradiance, ambient;
   bool matter;
@@ -131,6 +134,7 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   s.matter = s.matter || density > kFirstMatterDensity;
   const float w = density * c.extinction_per_m;
   s.extinction_per_m += w;
+  if (!c.homogeneous) s.varying_per_m += w;
   s.ambient += w * c.ambient;
   if (c.sun_irradiance == vec3(0.0)) return;
   s.lit_per_m += w;
@@ -185,8 +189,9 @@ void main() {
   const float mu = dot(frame.sun_direction, direction), jitter = jitter_of(pixel);
 
   // A sample stands for its step, in which it lies anywhere: between two samples apart by d that is off by d / sqrt(12) or so.
+  // Homogeneous matter alone has no noise, for steps end at its borders.
   const float kVariance = 1.0 / 12.0;
-  float before_per_m = 0.0, before_luminance = 0.0;  // of the sample before
+  float before_per_m = 0.0, before_luminance = -1.0;  // of the sample before: varying extinction, source luminance; below 0: none
   float depth_variance = 0.0, luminance_variance = 0.0;
   vec3 radiance = vec3(0.0);
   float transmittance = 1.0, first_m = kNoMatterM, t = 0.0;
@@ -221,6 +226,8 @@ void main() {
     if (!inside) {
       if (next_m >= kNoMatterM) break;
       t = next_m;
+      before_per_m = 0.0;
+      before_luminance = -1.0;
       continue;
     }
     while (open_count < kOpen) {
@@ -234,7 +241,7 @@ void main() {
     end_m = max(min(end_m, limit_m), t + max(1e-6, 2e-7 * t));  // never without moving on
     const float at_m = mix(t, end_m, jitter);
     const float altitude = altitude_m(direction * at_m, frame.camera_grid_m.z);
-    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), false);
+    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), false);
     for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, s);
     lookups += open_count;
     // What has begun without finding a slot is met anew at every sample: slow, and complete.
@@ -247,8 +254,10 @@ void main() {
       const float opacity = opacity_of(s.extinction_per_m * (end_m - t));
       const vec3 source = source_radiance(s, mu);
       const float luminance = luminance_of(source);
-      const float depth_apart = (s.extinction_per_m - before_per_m) * (end_m - t);
-      const vec2 luminance_apart = transmittance * vec2((1.0 - opacity) * luminance * depth_apart, opacity * (luminance - before_luminance));
+      const float depth_apart = (s.varying_per_m - before_per_m) * (end_m - t);
+      const float changes = before_luminance >= 0.0 && max(s.varying_per_m, before_per_m) > 0.0 ? 1.0 : 0.0;
+      const vec2 luminance_apart =
+          transmittance * vec2((1.0 - opacity) * luminance * depth_apart, changes * opacity * (luminance - before_luminance));
       depth_variance += kVariance * depth_apart * depth_apart;
       luminance_variance += kVariance * dot(luminance_apart, luminance_apart);
       before_luminance = luminance;
@@ -256,7 +265,7 @@ void main() {
       transmittance *= 1.0 - opacity;
       if (s.matter) first_m = min(first_m, at_m);
     }
-    before_per_m = s.extinction_per_m;
+    before_per_m = s.varying_per_m;
     t = end_m;
   }
   imageStore(marched_noise, ivec2(pixel), vec4(transmittance * sqrt(depth_variance), sqrt(luminance_variance), 0.0, 0.0));

@@ -107,3 +107,27 @@ TEST_CASE("a host's images are looked at in every frame") {
   renderer->render({}, 0.0);
   CHECK(renderer->read_hdr() != bright);
 }
+
+TEST_CASE("a layer that is not kept at full size changes no pixel of the frame") {
+  for (const bool air : {true, false}) {
+    CAPTURE(air);
+    Scene scene = windy_sky({0.0, 0.0});
+    if (!air) scene.atmosphere.enabled = false;
+    const auto render = [&](bool full_layer) {
+      auto renderer = Renderer::create(test_device(), test_tables(), scene,
+                                       {.width = kWidth, .height = kHeight, .quality = Quality::low, .scale = 2, .full_layer = full_layer});
+      REQUIRE(renderer);
+      CameraState camera;
+      camera.position_m.z = 1300.0;
+      (*renderer)->render(camera, 0.0);
+      return std::move(*renderer);
+    };
+    const auto kept = render(true), spared = render(false);
+    CHECK(kept->cloud_color() != nullptr);
+    CHECK(kept->cloud_depth() != nullptr);
+    CHECK(spared->cloud_color() == nullptr);
+    CHECK(spared->cloud_depth() == nullptr);
+    CHECK(kept->read_hdr() == spared->read_hdr());
+    CHECK(kept->read_display() == spared->read_display());
+  }
+}

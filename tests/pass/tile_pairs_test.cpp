@@ -131,8 +131,8 @@ TEST_CASE("nothing is written past the room for pairs") {
   FrameBuilder frame(device);
   frame.compute({.name = "emit",
                  .kernel = &emit,
-                 .bindings = {{0, counters, Access::storage_read}, {1, order, Access::storage_read}, {2, rectangles, Access::storage_read},
-                              {3, places, Access::storage_read}, {4, keys, Access::storage_write}, {5, values, Access::storage_write}},
+                 .bindings = {{0, counters, Access::storage_read}, {1, order, Access::words}, {2, rectangles, Access::words},
+                              {3, places, Access::words}, {4, keys, Access::storage_write}, {5, values, Access::storage_write}},
                  .push = as_push(Push{0, 0, 0, 0, 2, kCapacity, kColumns}),
                  .groups = {1, 1, 1}});
   FrameExecutor(device).run(frame);
