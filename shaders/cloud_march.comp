@@ -188,11 +188,11 @@ void main() {
   const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
   const float mu = dot(frame.sun_direction, direction), jitter = jitter_of(pixel);
 
-  // A sample stands for its step, in which it lies anywhere: where a step's opacity is that of the step before or this one's, by
-  // chance, it is off by some of what they are apart (a tenth of the square suits 8 to 32 steps best). Homogeneous matter alone has no noise, for steps end at its borders.
-  const float kVariance = 0.1;
+  // A sample stands for its step, in which it lies anywhere: between two samples apart by d that is off by d / sqrt(12) or so.
+  // Homogeneous matter alone has no noise, for steps end at its borders.
+  const float kVariance = 1.0 / 12.0;
   float before_per_m = 0.0, before_luminance = -1.0;  // of the sample before: varying extinction, source luminance; below 0: none
-  float transmittance_variance = 0.0, luminance_variance = 0.0;
+  float depth_variance = 0.0, luminance_variance = 0.0;
   vec3 radiance = vec3(0.0);
   float transmittance = 1.0, first_m = kNoMatterM, t = 0.0;
   Candidate open[kOpen];  // met, and not yet left behind
@@ -254,11 +254,11 @@ void main() {
       const float opacity = opacity_of(s.extinction_per_m * (end_m - t));
       const vec3 source = source_radiance(s, mu);
       const float luminance = luminance_of(source);
-      const float apart = opacity_of(max(s.varying_per_m, before_per_m) * (end_m - t)) - opacity_of(min(s.varying_per_m, before_per_m) * (end_m - t));
+      const float apart = (s.varying_per_m - before_per_m) * (end_m - t);
       const float changes = before_luminance >= 0.0 && max(s.varying_per_m, before_per_m) > 0.0 ? 1.0 : 0.0;
       const vec2 luminance_apart =
-          transmittance * vec2(luminance * apart, changes * opacity * (luminance - before_luminance));
-      transmittance_variance += kVariance * transmittance * transmittance * apart * apart;
+          transmittance * vec2((1.0 - opacity) * luminance * apart, changes * opacity * (luminance - before_luminance));
+      depth_variance += kVariance * apart * apart;
       luminance_variance += kVariance * dot(luminance_apart, luminance_apart);
       before_luminance = luminance;
       radiance += transmittance * opacity * source;
@@ -268,7 +268,7 @@ void main() {
     before_per_m = s.varying_per_m;
     t = end_m;
   }
-  imageStore(marched_noise, ivec2(pixel), vec4(sqrt(transmittance_variance), sqrt(luminance_variance), 0.0, 0.0));
+  imageStore(marched_noise, ivec2(pixel), vec4(transmittance * sqrt(depth_variance), sqrt(luminance_variance), 0.0, 0.0));
   imageStore(marched, ivec2(pixel), vec4(radiance, transmittance));
   imageStore(layer_depth, ivec2(pixel), vec4(first_m < kNoMatterM ? first_m : uintBitsToFloat(0x7f800000u)));
   if (lookups > 0u) atomicAdd(counters.pairs_shaded, lookups);

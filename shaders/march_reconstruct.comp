@@ -27,7 +27,7 @@ void main() {
     const vec2 apart = noisy_value(other) - own_value;
     const vec2 other_noise = texelFetch(marched_noise, at, 0).xy;
     const vec2 variance = own_noise * own_noise + other_noise * other_noise + 1e-14;
-    const float weight = exp2(-float(abs(offset.x) + abs(offset.y))) * exp(-0.5 * min(dot(apart * apart, 1.0 / variance), 80.0));
+    const float weight = exp2(-float(abs(offset.x) + abs(offset.y))) * exp(-min(dot(apart * apart, 1.0 / variance), 80.0));
     sum += weight * other;
     weights += weight;
   }
