@@ -20,7 +20,7 @@ uint column_of(uint thread, uint row) { return (thread + 3u * row) % kScreenTile
 
 // The list's places whose particles may cover a pixel of this thread, row by row in words of 32 places: made once, so that the
 // next place is a bit of a word at hand.
-const uint kWordPlaces = 32u, kRowWords = kColumnPlaces / kWordPlaces;
+const uint kWordPlaces = 32u, kRowWords = kColumnPlaces / kWordPlaces;  // 8: Cursor has a bit for each word of eight rows
 uint covering[kScreenTilePx * kRowWords];
 
 // The next place to shade is the lowest of `bits`, which are what is left of a word; `left` has a bit for each word after

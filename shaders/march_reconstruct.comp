@@ -14,6 +14,9 @@ layout(set = 0, binding = 1) uniform sampler2D marched;        // premultiplied 
 layout(set = 0, binding = 2) uniform sampler2D marched_noise;  // deviations of transmittance and luminance
 layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D layer_color;
 
+// The two of a pixel that are compared: transmittance and luminance.
+vec2 noisy_value(vec4 color) { return vec2(color.a, luminance_of(color.rgb)); }
+
 void main() {
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), last = ivec2(frame.layer_size_px) - 1;
   if (any(greaterThan(pixel, last))) return;
