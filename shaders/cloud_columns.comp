@@ -86,7 +86,6 @@ uint count_of_row(uvec4 counts, uint row) {
 void main() {
   uvec2 tile, range;
   if (!find_tile(tile, range)) return;
-  const float opaque_depth = -log(kOpaqueTransmittance);
   const uint thread = gl_LocalInvocationID.x;
   const uvec2 first_pixel = tile * kScreenTilePx;
   const uint rows = min(kScreenTilePx, frame.layer_size_px.y - first_pixel.y);
@@ -97,13 +96,13 @@ void main() {
     Cursor cursor = Cursor(0u, 0u, held & words_from_row(from_row));
     uint row = from_row, count = 0u;
     uvec4 row_counts = uvec4(0u);
-    float depth = 0.0, reach_m = 0.0;
+    OpaqueFront front = opaque_front_empty();
     bool full = false;
     next_word(cursor);
     while (cursor.bits != 0u && !full) {
       const uint place = place_of(cursor, range);
       cursor.bits &= cursor.bits - 1u;
-      if (row_of(cursor) != row) depth = reach_m = 0.0;
+      if (row_of(cursor) != row) front = opaque_front_empty();
       row = row_of(cursor);
       const uvec2 pixel = first_pixel + uvec2(column_of(thread, row), row);
       const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
@@ -111,8 +110,7 @@ void main() {
       BlendSegment segment;
       if (shade_particle(draw_particle_at(draw_particles, word_at(list, place)), direction, limit_m, segment)) {
         ++shaded;
-        reach_m = max(reach_m, segment.far_m);
-        depth += segment.extinction_per_m * (segment.far_m - segment.near_m);
+        opaque_front_add(front, segment);
         full = count == kStack;
         if (!full) {
           stack[count++] = segment;
@@ -120,8 +118,7 @@ void main() {
         }
       }
       next_word(cursor);
-      // Where the pixel is opaque and a gap follows, the rest cannot change what is in front of it (cloud_tiles.comp).
-      if (cursor.bits != 0u && row_of(cursor) == row && depth >= opaque_depth && float_at(begins_m, place_of(cursor, range)) >= reach_m)
+      if (cursor.bits != 0u && row_of(cursor) == row && opaque_front_hides(front, float_at(begins_m, place_of(cursor, range))))
         next_row(cursor);
     }
     // Back: the stack's top is the last row's farthest segment.

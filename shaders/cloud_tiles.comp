@@ -20,9 +20,7 @@ layout(constant_id = 2) const uint kExactPlaces = 1u;      // that a pixel of th
 #ifdef BLEND_VOLUME
 
 // blend.h folds from back to front, so segments are kept on the way forward and folded on the way back. The way ends
-// where the pixel is opaque and a gap follows: all that is left begins behind all that was met, so it would be committed
-// as it is, behind the opaque part. (Without the gap it would change the mean density of what it overlaps, and so the
-// picture.) Past kKept segments the rest is only measured on the way forward and shaded once more on the way back, and
+// where all that is left begins behind opaque matter. Past kKept segments the rest is only measured on the way forward and shaded once more on the way back, and
 // past kMeasured places not even measured.
 const uint kKept = 32u;
 const uint kMeasured = 1024u;
@@ -33,20 +31,19 @@ struct Walk {
   uint place, kept_count;
   uint again_first, again_end;  // places to be shaded again
   bool started, backward;
-  float depth, reach_m;
+  OpaqueFront front;
   BlendState state;
 };
 
-Walk walk_begin(uvec2 range) { return Walk(range, range.x, 0u, 0u, 0u, false, false, 0.0, 0.0, blend_empty()); }
+Walk walk_begin(uvec2 range) { return Walk(range, range.x, 0u, 0u, 0u, false, false, opaque_front_empty(), blend_empty()); }
 
 bool walk_next(inout Walk walk, uvec2 in_tile) {
-  const float opaque_depth = -log(kOpaqueTransmittance);
   if (!walk.backward) {
     walk.place = next_place(walk.started ? walk.place + 1u : walk.place, walk.range.y, in_tile);
     walk.started = true;
     if (walk.place - walk.range.x > kMeasured && walk.again_end > 0u) {
       walk.again_end = walk.range.y;
-    } else if (walk.place < walk.range.y && !(walk.depth >= opaque_depth && float_at(begins_m, walk.place) >= walk.reach_m)) {
+    } else if (walk.place < walk.range.y && !opaque_front_hides(walk.front, float_at(begins_m, walk.place))) {
       return true;
     }
     walk.backward = true;
@@ -66,8 +63,7 @@ void walk_take(inout Walk walk, BlendSegment segment) {
     blend_add(walk.state, segment);
     return;
   }
-  walk.reach_m = max(walk.reach_m, segment.far_m);
-  walk.depth += segment.extinction_per_m * (segment.far_m - segment.near_m);
+  opaque_front_add(walk.front, segment);
   if (walk.kept_count < kKept) {
     kept[walk.kept_count++] = segment;
   } else {

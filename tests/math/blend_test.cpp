@@ -226,6 +226,30 @@ TEST_CASE("the exact blend is the integral of any number of segments, more than 
   }
 }
 
+TEST_CASE("what an opaque front hides is hidden: less than kOpaqueTransmittance shines through in front of it") {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> u(0, 1);
+  int hidden = 0, past_opaque = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::vector<BlendSegment> met;
+    OpaqueFront front = opaque_front_empty();
+    CHECK_FALSE(opaque_front_hides(front, 1e9f));
+    for (int i = 0; i < 12; ++i) {
+      const float near_m = 100.0f * float(i) * u(random), length_m = std::exp2(10 * u(random));
+      met.push_back(segment(near_m, near_m + length_m, std::exp2(-10 + 9 * u(random)), {1, 1, 1}));
+      opaque_front_add(front, met.back());
+      const float begin_m = 2000 * u(random);
+      std::vector<BlendSegment> before = met;
+      for (BlendSegment& s : before) s.far_m = std::max(s.near_m, std::min(s.far_m, begin_m));
+      const double transmittance = integrate(before).transmittance;
+      if (opaque_front_hides(front, begin_m)) CHECK(transmittance <= kOpaqueTransmittance * 1.001);
+      hidden += opaque_front_hides(front, begin_m);
+      past_opaque += transmittance <= kOpaqueTransmittance;
+    }
+  }
+  CHECK(hidden > 0.8 * past_opaque);  // a bound that is of use
+}
+
 TEST_CASE("the exact blend: coincident, concentric, thin and opaque segments") {
   std::mt19937 random(8);
   std::uniform_real_distribution<float> u(0, 1);

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "shared/blend.h"
 #include "tests/support/layer_scene.h"
 
 using namespace nephele;
@@ -38,6 +39,13 @@ LayerError exact_error(const std::vector<Particle>& particles, LayerSize size = 
   CHECK(layer.pairs_lost == 0);
   CHECK(layer.rays_cut_short == 0);
   return layer_error(layer, oracle_layer(particles, camera, size), 2e-4);
+}
+
+// The pixels that are opaque in the truth, or those that are not; the others cleared.
+Layer pixels_of(Layer layer, const Layer& truth, bool opaque) {
+  for (std::size_t i = 0; i < layer.color.size(); ++i)
+    if ((truth.color[i].w < shared::kOpaqueTransmittance) != opaque) layer.color[i] = glm::vec4(0);
+  return layer;
 }
 
 std::vector<Particle> shell(int count, float extinction_per_m, bool coincident) {
@@ -178,8 +186,10 @@ TEST_CASE("a heap of thousands on a pixel: the volume blend is the raster's, the
   CHECK(layer_error(volume, draw_layer(heap, narrow_camera(), Backend::attachment, BlendMode::volume, kOneTile), 1e-3).failing == 0);
 }
 
-TEST_CASE("the volume blend is the same picture tiled and in raster order") {
+// What lies behind opaque matter is left out tiled, but in raster order mixed into what it overlaps, hidden or not.
+TEST_CASE("the volume blend is the same picture tiled and in raster order, and behind opaque matter nearer to the truth") {
   if (!backend_available(test_device().info(), Backend::attachment)) return;
+  int opaque_pixels = 0;
   for (const int count : {2, 8, 64, 1000})
     for (const bool spread : {true, false})
       for (const bool around_camera : {false, true}) {
@@ -187,9 +197,15 @@ TEST_CASE("the volume blend is the same picture tiled and in raster order") {
         CAPTURE(spread);
         CAPTURE(around_camera);
         const std::vector<Particle> particles = crowd({count, spread, around_camera}, 10 + count);
+        const Layer truth = oracle_layer(particles, kLevelCamera);
         const Layer tiled = draw_layer(particles, kLevelCamera, Backend::tiled), raster = draw_layer(particles, kLevelCamera, Backend::attachment);
-        CHECK(layer_error(tiled, raster, 1e-3).failing <= 0.001);
+        CHECK(layer_error(pixels_of(tiled, truth, false), pixels_of(raster, truth, false), 1e-3).failing <= 0.001);
+        const Layer opaque = pixels_of(truth, truth, true);
+        const double off = layer_error(pixels_of(tiled, truth, true), opaque, 1e-3).rmse;
+        CHECK(off <= 1.001 * layer_error(pixels_of(raster, truth, true), opaque, 1e-3).rmse + 1e-5);
+        opaque_pixels += int(std::count_if(truth.color.begin(), truth.color.end(), [](const glm::vec4& c) { return c.w < shared::kOpaqueTransmittance; }));
       }
+  CHECK(opaque_pixels > 1000);
 }
 
 // On a CPU a thread keeps the segments of a column of eight pixels on a stack of 256, and begins a pixel anew that finds no
