@@ -23,7 +23,10 @@ void main() {
   const vec3 center_m = p.center_m;
   const mat3 render_from_reference = inverse(p.reference_from_render);
   const float shown = kWhole ? 1.0 : shown_radius((p.flags & kParticleDetail) != 0u, p.reference_from_render * center_m);
-  const uvec2 covered = screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px);
+  const BaseBound above = bound_above_base(p.reference_from_render, center_m, p.base_m, frame.camera_grid_m.z);
+  const uvec2 covered = rectangle_both(
+      screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px),
+      screen_pixels(frame.clip_from_render, inverse(above.reference_from_render), above.center_m, frame.image_size_px, frame.scale, frame.layer_size_px));
   pixels[i] = covered;
   rectangles[i] = tiles_of_pixels(covered);
   const vec3 towards = center_m / max(length(center_m), 1e-6);

@@ -5,6 +5,7 @@
 
 #include "prelude.h"
 #include "tile_rectangle.h"
+#include "world.h"
 
 NEPHELE_SHARED_BEGIN
 
@@ -123,6 +124,38 @@ NEPHELE_FN uvec2 tile_mask(mat4 clip_from_render, mat4 render_from_clip, mat3 re
     else mask.y |= bits;
   }
   return mask;
+}
+
+// An ellipsoid about what of a particle lies above its flat base. In reference space that is a unit ball cut by a plane at
+// height `cut` along `axis`; of the ellipsoids through the ball's top and the cut's circle this one, flat and wide, follows the
+// plane closely, and the ball itself bounds the sides. Where hardly anything is cut off: the particle's own.
+struct BaseBound {
+  mat3 reference_from_render;
+  vec3 center_m;
+};
+NEPHELE_CONST(float, kBaseBoundShare, 1.9f);  // (1 - cut) over the half axis along `axis`: 1 a ball, 2 the slab between plane and top
+
+NEPHELE_FN BaseBound bound_above_base(mat3 reference_from_render, vec3 center_m, float base_m, float camera_altitude_m) {
+  BaseBound bound;
+  bound.reference_from_render = reference_from_render;
+  bound.center_m = center_m;
+  mat3 render_from_reference = inverse(reference_from_render);
+  mat3 rows = transpose(render_from_reference);
+  vec3 m = rows * normalize(center_m + vec3(0.0f, 0.0f, kPlanetRadiusM + camera_altitude_m));
+  float extent_m = length(m);
+  // The base curves away from the plane by this much at most, plus rounding.
+  float slack_m = (dot(rows[0], rows[0]) + dot(rows[1], rows[1]) + dot(rows[2], rows[2])) * (0.5f / kPlanetRadiusM) + 0.05f +
+                  1e-6f * length(center_m) + 1e-4f * extent_m;
+  float cut = min((base_m - altitude_m(center_m, camera_altitude_m) - slack_m) / extent_m, 0.999f);
+  if (!(cut > -0.85f)) return bound;  // below -0.9 the ellipsoid would lie inside the ball at the top
+  vec3 axis = m / extent_m;
+  float along = (1.0f - cut) / kBaseBoundShare;
+  float across = sqrt((1.0f - cut * cut) / (kBaseBoundShare * (2.0f - kBaseBoundShare)));
+  mat3 stretch = outerProduct(axis, axis) * (1.0f / along - 1.0f / across);
+  for (int k = 0; k < 3; ++k) stretch[k][k] += 1.0f / across;
+  bound.reference_from_render = stretch * reference_from_render;
+  bound.center_m = center_m + render_from_reference * (axis * (1.0f - along));
+  return bound;
 }
 
 // No point of an ellipsoid is nearer than this; extent_m is half its extent along the direction to its centre.

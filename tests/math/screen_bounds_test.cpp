@@ -195,6 +195,49 @@ TEST_CASE("a tile's mask has every pixel of the tile whose ray meets the ellipso
   CHECK(masked < 1.03 * met);  // needles askew keep their rectangles; a rectangle about an ellipse has 1.27 times its area
 }
 
+TEST_CASE("the bound of what lies above a base holds all of it, near and far on the curved planet, and little else") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> u(0, 1);
+  double inside = 0, outside = 0;
+  int cut_off = 0;
+  for (int scene = 0; scene < 2000; ++scene) {
+    const float camera_altitude_m = 12000 * u(random), distance_m = std::exp2(17 * u(random)), angle = 6.28f * u(random);
+    const glm::vec3 center_m = distance_m * glm::vec3(std::cos(angle), std::sin(angle), u(random) - 0.5f);
+    const glm::vec3 radius_m = 20.0f * glm::exp2(6.0f * glm::vec3(u(random), u(random), u(random)));
+    glm::mat3 scale(0);
+    for (int k = 0; k < 3; ++k) scale[k][k] = 1 / radius_m[k];
+    const glm::mat3 reference_from_render = any_rotation(random) * scale;
+    const float base_m = altitude_m(center_m, camera_altitude_m) + radius_m.z * (2.4f * u(random) - 1.2f);
+    const BaseBound bound = bound_above_base(reference_from_render, center_m, base_m, camera_altitude_m);
+    const bool cut = bound.center_m != center_m;
+    cut_off += cut;
+    int missing = 0;
+    const glm::dmat3 render_from_reference = glm::inverse(glm::dmat3(reference_from_render));
+    for (int i = 0; i < 300; ++i) {
+      const glm::dvec3 in_ball(2 * u(random) - 1, 2 * u(random) - 1, 2 * u(random) - 1);
+      if (glm::length(in_ball) > 1) continue;
+      const glm::dvec3 offset_m = render_from_reference * in_ball;
+      const glm::dvec3 p_m = glm::dvec3(center_m) + offset_m;
+      const double altitude = glm::length(p_m + glm::dvec3(0, 0, double(kPlanetRadiusM) + camera_altitude_m)) - double(kPlanetRadiusM);
+      const bool above = altitude >= base_m, bounded = glm::length(glm::dmat3(bound.reference_from_render) * (p_m - glm::dvec3(bound.center_m))) <= 1;
+      missing += above && !bounded;
+      inside += cut && above;
+      outside += cut && !above && bounded;
+    }
+    CAPTURE(scene);
+    CAPTURE(cut);
+    CHECK(missing == 0);
+  }
+  CHECK(cut_off > 1000);
+  CHECK(outside < 0.15 * inside);  // half of the balls' volume lies below
+}
+
+TEST_CASE("what two rectangles have in common") {
+  CHECK(rectangle_both(tile_rectangle({1, 2}, {9, 8}), tile_rectangle({3, 0}, {12, 5})) == tile_rectangle({3, 2}, {9, 5}));
+  CHECK(rectangle_both(tile_rectangle({1, 2}, {3, 8}), tile_rectangle({3, 2}, {12, 8})) == kNoTiles);
+  CHECK(rectangle_both(kNoTiles, tile_rectangle({0, 0}, {12, 8})) == kNoTiles);
+}
+
 TEST_CASE("the tiles of a rectangle of pixels") {
   CHECK(tiles_of_pixels(tile_rectangle({7, 8}, {9, 16})) == tile_rectangle({0, 1}, {2, 2}));
   CHECK(rectangle_area(tiles_of_pixels(kNoTiles)) == 0);
