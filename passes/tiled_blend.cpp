@@ -19,23 +19,26 @@ constexpr std::uint32_t kPlacesOnCpu = 2 * shared::kPagePlaces, kPlacesOnGpu = 1
 bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 
 // listed: for the tiles of a list, not all with short lists.
-ComputeKernel shade_kernel(Device& device, const ShaderCode& code, std::uint32_t pixels_per_thread, bool listed) {
-  const std::uint32_t places = (on_cpu(device) ? kPlacesOnCpu : kPlacesOnGpu) / pixels_per_thread;
-  const SpecConstant constants[] = {{0, 64 / pixels_per_thread}, {1, pixels_per_thread}, {2, places}, {3, listed}, {4, shared::kShortPlaces}};
+ComputeKernel shade_kernel(Device& device, const ShaderCode& code, bool listed) {
+  const SpecConstant constants[] = {{2, on_cpu(device) ? kPlacesOnCpu : kPlacesOnGpu}, {3, listed}, {4, shared::kShortPlaces}};
   return ComputeKernel(device, code, constants);
 }
 
-// A column of pixels a thread; otherwise a loop that takes one pixel after the other.
-bool by_columns(const Device& device, BlendMode mode) { return mode == BlendMode::volume && on_cpu(device); }
+// Longest list that shade_short_kernel takes.
+std::uint32_t short_list(const Device& device, BlendMode mode) {
+  return on_cpu(device) && mode == BlendMode::volume ? shared::kColumnPlaces : shared::kShortPlaces;
+}
 
+// On a CPU a column of pixels a thread, on a GPU a pixel.
 ComputeKernel shade_short_kernel(Device& device, BlendMode mode) {
-  if (by_columns(device, mode)) return ComputeKernel(device, shaders::cloud_columns_comp);
-  if (mode == BlendMode::volume) return shade_kernel(device, shaders::cloud_tiles_comp_volume, 1, false);
-  return shade_kernel(device, shaders::cloud_tiles_comp_exact, on_cpu(device) ? 8 : 1, false);
+  const bool volume = mode == BlendMode::volume;
+  if (!on_cpu(device)) return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
+  const SpecConstant constants[] = {{4, short_list(device, mode)}};
+  return ComputeKernel(device, volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
 }
 
 ComputeKernel shade_long_kernel(Device& device, BlendMode mode) {
-  return shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, 1, true);
+  return shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true);
 }
 
 ComputeKernel shade_page_kernel(Device& device, BlendMode mode) {
@@ -62,7 +65,7 @@ TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width
       shade_short_(shade_short_kernel(device, mode)),
       shade_long_(shade_long_kernel(device, mode)),
       lists_(device, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity, bytes_per_pair(mode)),
-      short_list_(by_columns(device, mode) ? shared::kColumnPlaces : shared::kShortPlaces),
+      short_list_(short_list(device, mode)),
       pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces : 0),
       masks_(device, "screen_masks", VkDeviceSize{lists_.pair_capacity()} * sizeof(glm::uvec2)),
       begins_m_(device, "screen_begins", VkDeviceSize{lists_.pair_capacity()} * sizeof(float)),

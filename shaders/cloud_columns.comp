@@ -1,10 +1,12 @@
-// The volume blend of tiles with short lists on a CPU: eight threads, each with a column of pixels. There all lanes go
-// through every branch and every loop's body, needed or not, so the loop that shades does nothing else: segments go to a
-// stack, and once a column is through, all lanes fold theirs row by row. The picture is cloud_tiles.comp's.
+// Tiles with short lists on a CPU: eight threads, each with a column of pixels. There all lanes go through every branch
+// and every loop's body, needed or not, so the loop that shades does nothing else: segments go to a stack, and once a
+// column is through, all lanes blend theirs row by row. The picture is cloud_tiles.comp's.
+// variants: volume=BLEND_VOLUME exact=BLEND_EXACT
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#include "shared/blend.h"
+#define EXACT_SLOTS 8  // a further stretch costs little here: segments are at hand
+#include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"
 #include "shared/types.h"
 
@@ -14,6 +16,9 @@ layout(local_size_x = 8) in;
 
 const uint kStack = kColumnPlaces;  // segments: those of one pixel always fit
 BlendSegment stack[kStack];
+// Segments that a pixel of the exact blend may go through, before it merges: two rounds each and those of events, times eight pixels, stay
+// below the driver's limit (driver_limit.glsl).
+const uint kColumnExactSegments = 2048u;
 
 // A thread's pixel in a row: a knight's move on from row to row, so that threads share a cloud's edge whichever way it runs.
 uint column_of(uint thread, uint row) { return (thread + 3u * row) % kScreenTilePx; }
@@ -83,6 +88,47 @@ uint count_of_row(uvec4 counts, uint row) {
   return (two >> (16u * (row % 2u))) & 0xffffu;
 }
 
+#ifdef BLEND_VOLUME
+
+// Blends a pixel's segments on the stack.
+vec4 blend_row(uint first, uint past, out float first_m) {
+  BlendState state = blend_empty();
+  for (uint k = past; k > first; --k) blend_add(state, stack[k - 1u]);
+  blend_finish(state);
+  first_m = state.first_m;
+  return vec4(state.committed, state.transmittance);
+}
+
+#else
+
+float begins_here_m[kStack];  // of a segment and all after it
+
+vec4 blend_row(uint first, uint past, out float first_m) {
+  float begin_m = kNoMatterM;
+  for (uint k = past; k > first; --k) {
+    begin_m = min(begin_m, stack[k - 1u].near_m);
+    begins_here_m[k - 1u] = begin_m;
+  }
+  ExactState state = exact_empty();
+  uint k = first, passed = 0u;
+  for (bool more = past > first; more;) {
+    const bool ends = k == past;
+    exact_advance(state, ends ? kNoMatterM : begins_here_m[k]);
+    if (ends || begins_here_m[k] >= state.horizon_m || state.transmittance < kOpaqueTransmittance) {
+      more = exact_next_stretch(state);
+      passed += k - first;
+      state.merges = passed + 2u * (past - first) > kColumnExactSegments;
+      k = first;
+    } else {
+      exact_add(state, stack[k++]);
+    }
+  }
+  first_m = state.first_m;
+  return vec4(state.radiance, state.transmittance);
+}
+
+#endif
+
 void main() {
   uvec2 tile, range;
   if (!find_tile(tile, range)) return;
@@ -126,13 +172,14 @@ void main() {
     if (full) count -= count_of_row(row_counts, row);
     for (uint r = kScreenTilePx; r-- > 0u;) {
       if (r >= from_row && r < past_row) {
-        BlendState state = blend_empty();
-        for (uint k = count_of_row(row_counts, r); k > 0u; --k) blend_add(state, stack[--count]);
-        blend_finish(state);
+        const uint past = count;
+        count -= count_of_row(row_counts, r);
+        float first_m;
+        const vec4 color = blend_row(count, past, first_m);
         const uvec2 pixel = first_pixel + uvec2(column_of(thread, r), r);
         if (pixel.x < frame.layer_size_px.x) {
-          imageStore(layer_color, ivec2(pixel), vec4(state.committed, state.transmittance));
-          imageStore(layer_depth, ivec2(pixel), first_matter(state.first_m));
+          imageStore(layer_color, ivec2(pixel), color);
+          imageStore(layer_depth, ivec2(pixel), first_matter(first_m));
         }
       }
     }

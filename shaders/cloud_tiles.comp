@@ -1,17 +1,17 @@
-// Shades and blends one screen tile's particles, each pixel in one thread, no shared memory. A thread goes through its
-// pixels in one loop that shades one particle a turn: on a CPU eight threads run in step, and with a column of pixels each
-// they finish at about the same turn, where with one pixel each all would wait for the longest list. A GPU takes a
-// pixel a thread.
+// Shades and blends one screen tile's particles, a pixel a thread, no shared memory: all short lists on a GPU, long ones on a CPU as
+// well (short ones there: cloud_columns.comp).
 // variants: volume=BLEND_VOLUME exact=BLEND_EXACT exact_long=BLEND_EXACT,EXACT_LONG_LISTS
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#ifdef EXACT_LONG_LISTS
+#define EXACT_SLOTS 32
+#endif
 #include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"
 #include "shared/types.h"
 
-layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const uint kPixelsPerThread = 1u;  // times the group's size: 64
+layout(local_size_x = 64) in;
 layout(constant_id = 2) const uint kExactPlaces = 1u;      // that a pixel of the exact blend may go through, before it merges
 #include "cloud_tiles.glsl"
 
@@ -111,39 +111,21 @@ float walk_first_m(Walk walk) { return walk.state.first_m; }
 void main() {
   uvec2 tile, range;
   if (!find_tile(tile, range)) return;
-  uint next_pixel = gl_LocalInvocationID.x, shaded = 0u;
-  uvec2 pixel = uvec2(0u), in_tile = uvec2(0u);
-  vec3 direction = vec3(0.0);
-  float limit_m = 0.0;
-  bool has_pixel = false;
-  Walk walk = walk_begin(uvec2(0u));
-  for (;;) {
-    bool has_place = false;
-    do {
-      if (has_pixel) {
-        has_place = walk_next(walk, in_tile);
-        if (!has_place) {
-          imageStore(layer_color, ivec2(pixel), walk_color(walk));
-          imageStore(layer_depth, ivec2(pixel), first_matter(walk_first_m(walk)));
-          has_pixel = false;
-        }
-      }
-      if (!has_pixel && next_pixel < 64u) {
-        in_tile = uvec2(next_pixel % kScreenTilePx, next_pixel / kScreenTilePx);
-        pixel = tile * kScreenTilePx + in_tile;
-        next_pixel += 64u / kPixelsPerThread;
-        has_pixel = all(lessThan(pixel, frame.layer_size_px));
-        direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
-        limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
-        walk = walk_begin(range);
-      }
-    } while (!has_place && (has_pixel || next_pixel < 64u));
-    if (!has_place) break;
+  const uvec2 in_tile = uvec2(gl_LocalInvocationID.x % kScreenTilePx, gl_LocalInvocationID.x / kScreenTilePx);
+  const uvec2 pixel = tile * kScreenTilePx + in_tile;
+  if (any(greaterThanEqual(pixel, frame.layer_size_px))) return;
+  const vec3 direction = pixel_direction((vec2(pixel) + 0.5) * float(frame.scale), frame.image_size_px);
+  const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
+  uint shaded = 0u;
+  Walk walk = walk_begin(range);
+  while (walk_next(walk, in_tile)) {
     BlendSegment segment;
     if (shade_particle(draw_particle_at(draw_particles, word_at(list, walk.place)), direction, limit_m, segment)) {
       walk_take(walk, segment);
       ++shaded;
     }
   }
+  imageStore(layer_color, ivec2(pixel), walk_color(walk));
+  imageStore(layer_depth, ivec2(pixel), first_matter(walk_first_m(walk)));
   count_work(shaded);
 }

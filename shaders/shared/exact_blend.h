@@ -18,11 +18,10 @@
 NEPHELE_SHARED_BEGIN
 
 // More slots cost every segment more time, and spare crowded rays stretches. Beyond 32, lavapipe would not unroll loops.
-#ifdef EXACT_LONG_LISTS
-NEPHELE_CONST(int, kExactSlots, 32);
-#else
-NEPHELE_CONST(int, kExactSlots, 16);
+#ifndef EXACT_SLOTS
+#define EXACT_SLOTS 16
 #endif
+NEPHELE_CONST(int, kExactSlots, EXACT_SLOTS);
 
 struct ExactState {
   vec3 radiance;                          // premultiplied, in front of the cursor
