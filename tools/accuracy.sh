@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures today's picture against the path-traced truth (tools/truth/, tools/truth.sh) and writes docs/accuracy.md and
-# docs/pictures/accuracy.png. The closed cases take some twenty minutes, the rest a few; --no-closed-cases keeps theirs.
+# docs/pictures/accuracy.png. The closed cases take an hour, the rest a few minutes; --no-closed-cases keeps theirs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
