@@ -6,6 +6,7 @@
 // between; exposure and tone map. A workgroup has a tile of one kind (composite_tiles.glsl), and the kernel of a kind holds
 // what such tiles need and nothing else: on a CPU every pixel pays for all code of its kernel, needed or not.
 #include "shared/atmosphere_tables.h"
+#include "shared/blend.h"
 #include "shared/ground.h"
 #include "shared/haze_shadow.h"
 #include "shared/tonemap.h"
@@ -88,15 +89,15 @@ vec3 haze_shadow_at(vec2 image_unit, float distance_m) {
 // approximation, 1 / (1 + 0.75 (1 - g) tau), for tau = 40 and g = 0.85. Without it shadows are as blue as the sky.
 const float kCloudDiffuseTransmittance = 0.18;
 
-// What a ray at or above the horizon brings, per unit of the sun's irradiance.
-vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad, vec2 image_unit) {
+// What a ray at or above the horizon brings, per unit of the sun's irradiance. disc_share: what shows of the sun's disc.
+vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad, vec2 image_unit, float disc_share) {
 #ifdef VACUUM
   return vec3(0.0);
 #else
   vec3 radiance = max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, false) -
                                      haze_shadow_at(image_unit, 1.0e30));
   vec3 disc = kMixed ? sun_disc(direction, pixel_rad) : vec3(0.0);
-  if (kMixed && disc.g > 0.0) radiance += disc * sun_transmittance(transmittance, altitude_m, direction.z);
+  if (kMixed && disc.g > 0.0) radiance += disc_share * disc * sun_transmittance(transmittance, altitude_m, direction.z);
   return radiance;
 #endif
 }
@@ -153,9 +154,9 @@ vec3 through_air(vec3 radiance, float opacity, vec3 direction, float altitude_m,
 }
 
 // Sky, sun and ground where the host has drawn nothing.
-vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2 image_unit) {
+vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2 image_unit, float disc_share) {
   const float horizon_mu = horizon_cosine(altitude_m);
-  if (!kMixed && kSky) return sky_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit) * frame.sun_irradiance;
+  if (!kMixed && kSky) return sky_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit, disc_share) * frame.sun_irradiance;
   if (!kMixed) return ground_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit) * frame.sun_irradiance;
   // Share of the pixel above the horizon, so that the horizon has no steps.
   float above = clamp(0.5 + (direction.z - horizon_mu) / pixel_rad, 0.0, 1.0);
@@ -169,7 +170,7 @@ vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2
     }
   }
   vec3 background = vec3(0.0);
-  if (above > 0.0) background += above * sky_radiance(sky_direction, altitude_m, horizon_mu, pixel_rad, image_unit);
+  if (above > 0.0) background += above * sky_radiance(sky_direction, altitude_m, horizon_mu, pixel_rad, image_unit, disc_share);
   if (above < 1.0) background += (1.0 - above) * ground_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit);
   return background * frame.sun_irradiance;
 }
@@ -203,13 +204,18 @@ void main() {
   float altitude_m = max(0.0, frame.camera_grid_m.z);
   vec2 image_unit = (vec2(pixel) + 0.5) / vec2(frame.image_size_px);
 
-  const float host_m = kMixed ? host_distance_m(ivec2(pixel)) : kNoSceneM;
-  vec3 radiance = host_m < kNoSceneM
-                      ? through_air(texelFetch(host_radiance, ivec2(pixel), 0).rgb, 1.0, direction, altitude_m, image_unit, host_m)
-                      : background_radiance(direction, altitude_m, pixel_rad, image_unit);
+  float disc_share = 1.0;
 #ifdef CLOUDS
   float cloud_m;
   const vec4 cloud = cloud_at(ivec2(pixel), cloud_m);
+  // A ray that met opaque matter has an end at any transmittance below this, but the disc is 1e5 times as bright as the sky.
+  disc_share = smoothstep(kOpaqueTransmittance, 10.0 * kOpaqueTransmittance, cloud.a);
+#endif
+  const float host_m = kMixed ? host_distance_m(ivec2(pixel)) : kNoSceneM;
+  vec3 radiance = host_m < kNoSceneM
+                      ? through_air(texelFetch(host_radiance, ivec2(pixel), 0).rgb, 1.0, direction, altitude_m, image_unit, host_m)
+                      : background_radiance(direction, altitude_m, pixel_rad, image_unit, disc_share);
+#ifdef CLOUDS
   if (kCloudy && !isinf(cloud_m)) radiance = radiance * cloud.a + through_air(cloud.rgb, 1.0 - cloud.a, direction, altitude_m, image_unit, cloud_m);
 #endif
   imageStore(hdr, ivec2(pixel), vec4(radiance, 1.0));

@@ -188,7 +188,7 @@ what it overlaps. Pairs at 1280×720, medium, scale 1, and the relMSE against th
 | inside_cloud | | | 2.361e-6 | 2.358e-6 |
 
 Against the truth set the relMSE of the six scenes changes by less than a thousandth. An end at 1e-3 takes
-8 % more of the pairs, but lets the sun's disc, 10⁵ times as bright as the sky, show through clouds (sunset: 1.1e-3). A bound from the depths up to
+8 % more of the pairs, but the sun's disc, 10⁵ times as bright as the sky, would have to fade at ten times that too (sunset: 1.1e-3 where it doesn't). A bound from the depths up to
 four fixed distances ends 2 % more, which it costs.
 
 Tried and left out: a map of the blocks that features reach, so that cells elsewhere need not look (at a coverage of 0.45 hardly a block is

@@ -198,8 +198,17 @@ TEST_CASE("the sun's disc is as bright as its irradiance says, and clouds hide i
     for (std::uint32_t x = 19; x <= 21; ++x) center += luminance(small.at(x, y)) * std::pow(2.0 * std::tan(20 * M_PI / 180) / 41, 2);
   CHECK(center == doctest::Approx(sum).epsilon(0.15));
 
-  const CloudLayerPixels cloud = uniform_layer(view, {0.1f, 0.1f, 0.1f, 0.0f}, 3000.0f);
-  CHECK(luminance(sky.render(view, &cloud).at(50, 50)) < 1.0f);  // aureole only
+  const auto behind = [&](float transmittance) {
+    const CloudLayerPixels cloud = uniform_layer(view, {0.1f, 0.1f, 0.1f, transmittance}, 3000.0f);
+    return double(luminance(sky.render(view, &cloud).at(50, 50)));
+  };
+  const double disc = luminance(picture.at(50, 50)), hidden = behind(0);
+  CHECK(hidden < 1);  // aureole only
+  CHECK(behind(1e-2f) - hidden == doctest::Approx(1e-2 * disc).epsilon(0.01));
+  // Blending may end at 1e-4: what is left there must not show a disc 1e5 times as bright as the sky.
+  CHECK(behind(1e-4f) - hidden < 1e-6 * disc);
+  CHECK(behind(5e-4f) - hidden > 1e-4 * disc);
+  CHECK(behind(5e-4f) - hidden < 4e-4 * disc);
 }
 
 TEST_CASE("clouds shade the ground from the sun but not from the sky") {
