@@ -20,7 +20,7 @@ bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEV
 
 // listed: for the tiles of a list, not all with short lists.
 ComputeKernel shade_kernel(Device& device, const ShaderCode& code, bool listed) {
-  const SpecConstant constants[] = {{2, on_cpu(device) ? kPlacesOnCpu : kPlacesOnGpu}, {3, listed}, {4, shared::kShortPlaces}};
+  const SpecConstant constants[] = {{0, on_cpu(device) ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
   return ComputeKernel(device, code, constants);
 }
 
@@ -33,7 +33,7 @@ std::uint32_t short_list(const Device& device, BlendMode mode) {
 ComputeKernel shade_short_kernel(Device& device, BlendMode mode) {
   const bool volume = mode == BlendMode::volume;
   if (!on_cpu(device)) return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
-  const SpecConstant constants[] = {{4, short_list(device, mode)}};
+  const SpecConstant constants[] = {{2, short_list(device, mode)}};
   return ComputeKernel(device, volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
 }
 
@@ -42,7 +42,7 @@ ComputeKernel shade_long_kernel(Device& device, BlendMode mode) {
 }
 
 ComputeKernel shade_page_kernel(Device& device, BlendMode mode) {
-  const SpecConstant constants[] = {{3, true}};
+  const SpecConstant constants[] = {{1, true}};
   return ComputeKernel(device, mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume, constants);
 }
 

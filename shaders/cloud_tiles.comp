@@ -12,7 +12,7 @@
 #include "shared/types.h"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 2) const uint kExactPlaces = 1u;      // that a pixel of the exact blend may go through, before it merges
+layout(constant_id = 0) const uint kExactPlaces = 1u;  // that a pixel of the exact blend may go through, before it merges
 #include "cloud_tiles.glsl"
 
 // A pixel's walk through its tile's list. walk_next steps to the next place to shade, false when the pixel is done;

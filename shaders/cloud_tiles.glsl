@@ -3,8 +3,8 @@
 #ifndef NEPHELE_CLOUD_TILES_GLSL
 #define NEPHELE_CLOUD_TILES_GLSL
 
-layout(constant_id = 3) const bool kListed = false;              // work on the tiles of TileRows; otherwise on all with short lists
-layout(constant_id = 4) const uint kShortList = kColumnPlaces;  // the longest of these
+layout(constant_id = 1) const bool kListed = false;              // work on the tiles of TileRows; otherwise on all with short lists
+layout(constant_id = 2) const uint kShortList = kColumnPlaces;  // the longest of these
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;

@@ -208,7 +208,7 @@ void main() {
 #ifdef CLOUDS
   float cloud_m;
   const vec4 cloud = cloud_at(ivec2(pixel), cloud_m);
-  // A ray that met opaque matter has an end at any transmittance below this, but the disc is 1e5 times as bright as the sky.
+  // Where blending ended at opaque matter, what transmittance is left is arbitrary, and the disc, 1e5 times as bright as the sky, would show it.
   disc_share = smoothstep(kOpaqueTransmittance, 10.0 * kOpaqueTransmittance, cloud.a);
 #endif
   const float host_m = kMixed ? host_distance_m(ivec2(pixel)) : kNoSceneM;

@@ -29,7 +29,7 @@ struct BlendState {
 NEPHELE_CONST(float, kNoMatterM, 1e30f);
 
 // Work stops where less than this shines through: what lies behind is left out, an error of at most this share of its
-// radiance. The volume blend without it comes nearer to the exact one, since it mixes what overlaps, hidden or not.
+// radiance. That brings the volume blend nearer to the exact one: it would mix what is hidden into what it overlaps.
 NEPHELE_CONST(float, kOpaqueTransmittance, 1e-4f);
 
 // 1 - exp(-x) for x >= 0, without cancellation for thin segments.
@@ -118,8 +118,8 @@ NEPHELE_FN void blend_finish(NEPHELE_INOUT(BlendState) state) {
   state.open = blend_no_segment();
 }
 
-// How far a ray can see, as far as the segments met so far tell: segments in any order, what is left of those to come
-// begins at begin_m or behind. An upper bound: the far end of the first few that are opaque together.
+// How far a ray can see, by the segments met so far, in any order: an upper bound, the far end of the first few that are
+// opaque together. All that begins behind it (opaque_front_hides) is hidden.
 struct OpaqueFront {
   float depth;    // optical depth of the segments counted
   float reach_m;  // the farthest point of what of them can be seen

@@ -11,7 +11,7 @@ NEPHELE_SHARED_BEGIN
 
 NEPHELE_CONST(uint, kScreenTilePx, 8u);
 NEPHELE_CONST(uint, kMaxScreenParticles, 1048576u);  // as far as screen_begins.comp goes through a list
-// Longest of the short lists: by cloud_columns.comp as many places as its stack holds segments, by all others what pays.
+// Longest of the short lists: of the volume blend in cloud_columns.comp as many places as its stack holds segments, of all others what pays.
 NEPHELE_CONST(uint, kColumnPlaces, 256u);
 NEPHELE_CONST(uint, kShortPlaces, 128u);
 // Longer lists are shaded in pages of this many places, a dispatch each: lavapipe ends all loops of eight threads once they
@@ -133,7 +133,7 @@ struct BaseBound {
   mat3 reference_from_render;
   vec3 center_m;
 };
-NEPHELE_CONST(float, kBaseBoundShare, 1.9f);  // (1 - cut) over the half axis along `axis`: 1 a ball, 2 the slab between plane and top
+NEPHELE_CONST(float, kBaseBoundShare, 1.9f);  // (1 - cut) over the half axis along `axis`: 4/3 has the least volume, 2 is the slab between plane and top
 
 NEPHELE_FN BaseBound bound_above_base(mat3 reference_from_render, vec3 center_m, float base_m, float camera_altitude_m) {
   BaseBound bound;
