@@ -1,5 +1,7 @@
 #include "lut/gpu_tables.h"
 
+#include "lut/packed_optical_depth.h"
+
 namespace nephele {
 
 Image upload_table(Device& device, const Table& table, VkFormat format) {
@@ -18,6 +20,11 @@ GpuTables::GpuTables(Device& device, const Tables& tables)
     : parameters_(tables.parameters),
       optical_depth_(upload_table(device, tables.optical_depth, VK_FORMAT_R16G16_SFLOAT)),
       multiple_scattering_(upload_table(device, tables.multiple_scattering, VK_FORMAT_R16G16B16A16_SFLOAT)),
-      mean_fill_(tables.mean_fill) {}
+      mean_fill_(tables.mean_fill) {
+  if (device.info().type != VK_PHYSICAL_DEVICE_TYPE_CPU) return;
+  const std::vector<std::uint32_t> words = pack_optical_depth(tables.optical_depth);
+  packed_optical_depth_ = Buffer(device, "packed_optical_depth", words.size() * sizeof(std::uint32_t));
+  packed_optical_depth_.write_vector(words);
+}
 
 }  // namespace nephele

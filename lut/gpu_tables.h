@@ -15,12 +15,15 @@ class GpuTables {
 
   const TableParameters& parameters() const { return parameters_; }
   const Image& optical_depth() const { return optical_depth_; }              // R16G16_SFLOAT
+  // The same as bytes (shaders/tables.glsl), which CPUs fetch faster; none on a GPU.
+  const Buffer& packed_optical_depth() const { return packed_optical_depth_; }
   const Image& multiple_scattering() const { return multiple_scattering_; }  // R16G16B16A16_SFLOAT
   float mean_fill() const { return mean_fill_; }
 
  private:
   TableParameters parameters_;
   Image optical_depth_, multiple_scattering_;
+  Buffer packed_optical_depth_;
   float mean_fill_ = 0;
 };
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include <Eigen/Dense>
+
 #include "lut/bake.h"
 #include "lut/parallel.h"
 #include "shared/hash.h"
@@ -106,6 +108,34 @@ std::vector<float> least_squares_vertices(const std::vector<float>& values, int 
   return fitted;
 }
 
+namespace {
+
+// As the packed table can hold it.
+float whole_256ths(float x) { return std::round(std::clamp(x, 0.0f, 255.0f / 256.0f) * 256.0f) / 256.0f; }
+
+// Values at n vertices of an axis from those at its coarse ones.
+Eigen::MatrixXf coarse_interpolation(int n) {
+  const auto coarse = static_cast<int>(shared::coarse_vertices(static_cast<std::uint32_t>(n)));
+  Eigen::MatrixXf matrix = Eigen::MatrixXf::Zero(n, coarse);
+  for (int i = 0; i < n; ++i) {
+    const float place = shared::coarse_place(static_cast<float>(i), static_cast<std::uint32_t>(n));
+    const int low = std::min(static_cast<int>(place), coarse - 2);
+    matrix(i, low + 1) = place - static_cast<float>(low);
+    matrix(i, low) = 1.0f - matrix(i, low + 1);
+  }
+  return matrix;
+}
+
+// Applies the matrix along the slowest axis, which becomes the fastest: four times are once along each axis of the table.
+std::vector<float> along_first_axis(const Eigen::MatrixXf& matrix, const std::vector<float>& values) {
+  const Eigen::Index rest = static_cast<Eigen::Index>(values.size()) / matrix.cols();
+  const Eigen::Map<const Eigen::MatrixXf> in(values.data(), rest, matrix.cols());  // column by column
+  const Eigen::MatrixXf out = matrix * in.transpose();
+  return {out.data(), out.data() + out.size()};
+}
+
+}  // namespace
+
 NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
                                   const std::function<void(double)>& progress) {
   NpyArray array;
@@ -126,17 +156,14 @@ NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
                 z = shared::uniform_float(state, -1, 1);
     return normalize(p + spread * vec3(x, y, z));
   };
-  std::vector<float> roots(static_cast<std::size_t>(vertices) * vertices);
   const auto write = [&](std::size_t element, float x) {
-    const std::uint16_t half = static_cast<std::uint16_t>(glm::packHalf2x16({std::clamp(x, 0.0f, 1.0f), 0}));
+    const std::uint16_t half = static_cast<std::uint16_t>(glm::packHalf2x16({x, 0}));
     array.data[2 * element] = static_cast<std::byte>(half & 255);
     array.data[2 * element + 1] = static_cast<std::byte>(half >> 8);
   };
-  const auto store = [&](int s, int e, float mean, float first) {
-    const std::size_t at = static_cast<std::size_t>(s) * vertices + e;
-    roots[at] = std::sqrt(mean);
-    write(2 * at + 1, first);
-  };
+
+  std::vector<float> roots(static_cast<std::size_t>(vertices) * vertices);
+  std::vector<float> firsts(roots.size());
   std::atomic<int> done{0};
   parallel_for(vertices, [&](int task) {
     // Long and short rows alternate, so that the threads end together. A chord serves both directions.
@@ -150,14 +177,25 @@ NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
         first += near.first;
         last += near.last;
       }
-      store(s, e, center.mean, first / kFirstMatterChords);
-      store(e, s, center.mean, 1.0f - last / kFirstMatterChords);
+      const std::size_t there = static_cast<std::size_t>(s) * vertices + e, back = static_cast<std::size_t>(e) * vertices + s;
+      roots[there] = roots[back] = std::sqrt(center.mean);
+      firsts[there] = first / kFirstMatterChords;
+      firsts[back] = 1.0f - last / kFirstMatterChords;
     }
     const int count = done.fetch_add(1) + 1;
     if (progress && count % 16 == 0) progress(static_cast<double>(count) / vertices);
   });
+
   roots = least_squares_vertices(roots, n);
-  for (std::size_t at = 0; at < roots.size(); ++at) write(2 * at, roots[at]);
+  const Eigen::MatrixXf interpolation = coarse_interpolation(n);
+  const Eigen::MatrixXf fit = (interpolation.transpose() * interpolation).ldlt().solve(interpolation.transpose());
+  for (int axis = 0; axis < 4; ++axis) firsts = along_first_axis(fit, firsts);
+  for (float& first : firsts) first = whole_256ths(first);
+  for (int axis = 0; axis < 4; ++axis) firsts = along_first_axis(interpolation, firsts);
+  for (std::size_t at = 0; at < roots.size(); ++at) {
+    write(2 * at, whole_256ths(roots[at]));
+    write(2 * at + 1, firsts[at]);
+  }
   return array;
 }
 

@@ -61,9 +61,10 @@ Backend resolve_backend(const DeviceInfo& device, Backend wanted) {
   return wanted == Backend::automatic ? automatic_backend(device).backend : wanted;
 }
 
-CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity,
-                       std::uint32_t march_steps)
-    : backend_(backend),
+CloudLayer::CloudLayer(Device& device, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
+                       std::uint32_t visible_capacity, std::uint32_t march_steps)
+    : tables_(tables),
+      backend_(backend),
       scale_(size.scale),
       detail_noise_kernel_(device, shaders::detail_noise_comp),
       prepare_(device, shaders::prepare_draw_comp),
@@ -74,7 +75,7 @@ CloudLayer::CloudLayer(Device& device, Size size, Backend backend, BlendMode ble
   const std::uint32_t height = (size.height + size.scale - 1) / size.scale;
   NEPHELE_CHECK(backend != Backend::automatic && (blend == BlendMode::volume || backend == Backend::tiled), backend_name(backend));
   if (march_steps > 0) march_ = std::make_unique<RayMarch>(device, march_steps, width, height, visible_capacity);
-  else if (backend == Backend::tiled) tiled_ = std::make_unique<TiledBlend>(device, blend, width, height, visible_capacity);
+  else if (backend == Backend::tiled) tiled_ = std::make_unique<TiledBlend>(device, tables, blend, width, height, visible_capacity);
   else draw_ = RasterPipeline(device, draw_desc(backend));
   const bool alpha = backend == Backend::alpha;  // the layer itself is the render target
   const auto make = [&](const char* name, VkFormat format, std::uint32_t w, std::uint32_t h, bool attachment) {
@@ -116,7 +117,7 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {5, inputs.counters, Access::storage_read},
                               {6, draw_particles_, Access::storage_write},
                               {7, inputs.sky_irradiance, Access::sampled}},
-                 .push = as_push(inputs.tables.mean_fill()),
+                 .push = as_push(tables_.mean_fill()),
                  .indirect = {&inputs.counters, offsetof(shared::FrameCounters, visible_groups)}});
   frame.compute({.name = "scene_distance",
                  .kernel = &scene_distance_,
@@ -125,9 +126,9 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {2, layer_scene_, Access::storage_write}},
                  .groups = groups_of_8(layer_scene_)});
   if (march_)
-    march_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.tables, layer_scene_}, layer_color_, layer_depth_);
+    march_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, tables_, layer_scene_}, layer_color_, layer_depth_);
   else if (tiled_)
-    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.tables, detail_noise_, layer_scene_}, layer_color_, layer_depth_);
+    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, detail_noise_, layer_scene_}, layer_color_, layer_depth_);
   else
     add_draw(frame, inputs);
   if (blends_in_images())
@@ -147,8 +148,8 @@ void CloudLayer::add_draw(FrameBuilder& frame, const Inputs& inputs) {
   step.pipeline = &draw_;
   step.bindings = {{0, inputs.frame_constants, Access::uniform},
                    {1, draw_particles_, Access::storage_read},
-                   {2, inputs.tables.optical_depth(), Access::sampled},
-                   {3, inputs.tables.multiple_scattering(), Access::sampled},
+                   {2, tables_.optical_depth(), Access::sampled},
+                   {3, tables_.multiple_scattering(), Access::sampled},
                    {4, detail_noise_, Access::sampled, Sampler::linear_repeat},
                    {8, layer_scene_, Access::sampled, Sampler::nearest_clamp}};
   step.indirect = {&inputs.counters, offsetof(shared::FrameCounters, draw)};

@@ -36,7 +36,9 @@ class CloudLayer {
   };
   // backend is not `automatic`; only `tiled` blends exactly.
   // march_steps > 0: rays are marched (ray_march.h) and no backend blends; the draw order is by nearest points then.
-  CloudLayer(Device& device, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity, std::uint32_t march_steps = 0);
+  // The tables must outlive it.
+  CloudLayer(Device& device, const GpuTables& tables, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity,
+             std::uint32_t march_steps = 0);
 
   struct Inputs {
     const Buffer& frame_constants;
@@ -46,7 +48,6 @@ class CloudLayer {
     const Buffer& lights;
     const Buffer& counters;        // FrameCounters: visible_groups and draw are filled
     const Image& sky_irradiance;
-    const GpuTables& tables;
     const Image& host_distance;    // metres along the ray, at the image's size; read if FrameConstants::host_scene
   };
   void add(FrameBuilder& frame, const Inputs& inputs);
@@ -65,6 +66,7 @@ class CloudLayer {
   void add_draw(FrameBuilder& frame, const Inputs& inputs);
   bool blends_in_images() const { return !march_ && (backend_ == Backend::attachment || backend_ == Backend::interlock); }
 
+  const GpuTables& tables_;
   Backend backend_;
   std::uint32_t scale_;
   bool noise_ready_ = false;

@@ -36,7 +36,7 @@ struct FramePasses::Clouds {
         occlusion(device, particles.capacity()),
         sort(device, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
         shadow(device, kShadowTexelsPerTile),
-        layer(device, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend, settings.blend, particles.capacity(),
+        layer(device, tables, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend, settings.blend, particles.capacity(),
               settings.method == Method::raymarch ? settings.march_steps : 0),
         counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}
 
@@ -88,7 +88,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters, tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
   c.layer.add(frame, {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
-                      atmosphere_.tables().sky_irradiance, c.tables, *composite.host_distance});
+                      atmosphere_.tables().sky_irradiance, *composite.host_distance});
   composite.layer_color = &c.layer.layer_color();
   composite.layer_depth = &c.layer.layer_depth();
   if (constants.scale > 1) {

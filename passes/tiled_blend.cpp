@@ -30,10 +30,10 @@ std::uint32_t short_list(const Device& device, BlendMode mode) {
 }
 
 // On a CPU a column of pixels a thread, on a GPU a pixel.
-ComputeKernel shade_short_kernel(Device& device, BlendMode mode) {
+ComputeKernel shade_short_kernel(Device& device, const GpuTables& tables, BlendMode mode) {
   const bool volume = mode == BlendMode::volume;
   if (!on_cpu(device)) return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
-  const SpecConstant constants[] = {{2, short_list(device, mode)}};
+  const SpecConstant constants[] = {{2, short_list(device, mode)}, {10, tables.optical_depth().desc().width}};
   return ComputeKernel(device, volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
 }
 
@@ -58,11 +58,12 @@ VkDeviceSize bytes_per_pair(BlendMode mode) { return std::max<VkDeviceSize>(size
 
 const char* blend_mode_name(BlendMode mode) { return mode == BlendMode::exact ? "exact" : "volume"; }
 
-TiledBlend::TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
+TiledBlend::TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
                        std::uint32_t visible_capacity)
-    : masks_kernel_(device, shaders::screen_masks_comp),
+    : tables_(tables),
+      masks_kernel_(device, shaders::screen_masks_comp),
       begins_kernel_(device, shaders::screen_begins_comp),
-      shade_short_(shade_short_kernel(device, mode)),
+      shade_short_(shade_short_kernel(device, tables, mode)),
       shade_long_(shade_long_kernel(device, mode)),
       lists_(device, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity, bytes_per_pair(mode)),
       short_list_(short_list(device, mode)),
@@ -106,8 +107,8 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                      .kernel = &kernel,
                      .bindings = {{0, inputs.frame_constants, Access::uniform},
                                   {1, inputs.draw_particles, Access::texels},
-                                  {2, inputs.tables.optical_depth(), Access::sampled},
-                                  {3, inputs.tables.multiple_scattering(), Access::sampled},
+                                  {2, tables_.optical_depth(), Access::sampled},
+                                  {3, tables_.multiple_scattering(), Access::sampled},
                                   {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
                                   {5, lists.ranges, Access::storage_read},
                                   {6, lists.list, Access::words},
@@ -121,6 +122,7 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                      .indirect = {&tiles, 0}};
   };
   ComputeStep every_tile = shade_step(shade_short_, long_tiles_);
+  if (tables_.packed_optical_depth()) every_tile.bindings[2] = {2, tables_.packed_optical_depth(), Access::words};
   every_tile.indirect = {};
   every_tile.groups = {lists_.columns(), lists_.rows(), 1};
   frame.compute(std::move(every_tile));

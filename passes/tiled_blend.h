@@ -22,20 +22,21 @@ const char* blend_mode_name(BlendMode mode);
 
 class TiledBlend {
  public:
-  TiledBlend(Device& device, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
+  // The tables must outlive it.
+  TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
              std::uint32_t visible_capacity);
 
   struct Inputs {
     const Buffer& frame_constants;
     const Buffer& draw_particles;
     const Buffer& counters;  // FrameCounters: visible_count and visible_groups are filled
-    const GpuTables& tables;
     const Image& detail_noise;
     const Image& layer_scene;  // metres to what stands behind, at the layer's size
   };
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
+  const GpuTables& tables_;
   ComputeKernel masks_kernel_, begins_kernel_, shade_short_, shade_long_, shade_page_;
   ScreenLists lists_;
   std::uint32_t short_list_, pages_;

@@ -5,6 +5,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#define PACKED_TABLE
 #define EXACT_SLOTS 8  // a further stretch costs little here: segments are at hand
 #include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"

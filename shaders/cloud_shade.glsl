@@ -1,5 +1,6 @@
 // Shading of one particle along one ray: geometry, optical depth, light, as a segment to be blended.
-// The including shader declares: FrameConstants frame, sampler3D optical_depth_table, multiple_table, detail_noise.
+// The including shader declares: FrameConstants frame, sampler3D multiple_table, detail_noise, and optical_depth_table, a
+// sampler3D or, packed, a usamplerBuffer.
 #ifndef NEPHELE_CLOUD_SHADE_GLSL
 #define NEPHELE_CLOUD_SHADE_GLSL
 

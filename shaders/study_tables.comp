@@ -1,4 +1,5 @@
-// What a table look-up costs, one ray a thread, for the study in tests/gpu/tables_study_test.cpp.
+// What a table look-up costs, one ray a thread, for the study in tests/gpu/paper_tables_test.cpp.
+// variants: - packed=PACKED_TABLE
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -9,7 +10,7 @@
 layout(local_size_x = 64) in;
 
 // 0 nothing, 1 all of the paper's, 2 all of ours, 3 the paper's optical depth, 4 ours, 5 the paper's two scattering
-// fetches, 6 single scattering by the formula, 7 one fetch of multiple scattering.
+// fetches, 6 single scattering by the formula, 7 one fetch of multiple scattering. Of a packed table 2 or 4 alone.
 layout(constant_id = 0) const uint kWhat = 0u;
 
 struct Query {
@@ -21,7 +22,11 @@ struct Query {
 
 layout(scalar, set = 0, binding = 0) readonly buffer Queries { Query queries[]; };
 layout(scalar, set = 0, binding = 1) writeonly buffer Answers { vec3 answers[]; };  // mean density, single, multiple
+#ifdef PACKED_TABLE
+layout(set = 0, binding = 2) uniform usamplerBuffer optical_depth_table;
+#else
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
+#endif
 layout(set = 0, binding = 3) uniform sampler3D single_table;
 layout(set = 0, binding = 4) uniform sampler3D multiple_table;
 
@@ -42,10 +47,12 @@ void main() {
   float h = 0.5 * span;
   float mu = -dot(chord, q.light) / max(span, 1e-6);
   vec3 answer = vec3(c, h, mu);
+#ifndef PACKED_TABLE
   if (kWhat == 1u || kWhat == 3u) {
     vec4 at = paper_chord_axes(q.entry, q.exit);
     answer.x = fetch_paper(optical_depth_table, at, push.optical_depth_size).x;
   }
+#endif
   if (kWhat == 2u || kWhat == 4u) answer.x = fetch_optical_depth(optical_depth_table, q.entry, q.exit).x;
   if (kWhat == 1u || kWhat == 5u) {
     // Both tables are read at the same angles; single scattering in a sphere as dense as the chord.

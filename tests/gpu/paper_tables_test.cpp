@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "engine/frame.h"
+#include "lut/packed_optical_depth.h"
 #include "lut/gpu_tables.h"
 #include "lut/oracles.h"
 #include "lut/paper_tables.h"
@@ -60,7 +61,12 @@ class Lookup {
  public:
   Lookup(std::uint32_t what, const Image& depth, const Image& single, const Image& multiple)
       : kernel_(test::test_device(), shaders::study_tables_comp, std::array{SpecConstant{0, what}}),
-        depth_(depth),
+        depth_{2, depth, Access::sampled},
+        single_(single),
+        multiple_(multiple) {}
+  Lookup(std::uint32_t what, const Buffer& packed_depth, std::uint32_t vertices, const Image& single, const Image& multiple)
+      : kernel_(test::test_device(), shaders::study_tables_comp_packed, std::array{SpecConstant{0, what}, SpecConstant{10, vertices}}),
+        depth_{2, packed_depth, Access::words},
         single_(single),
         multiple_(multiple) {}
 
@@ -77,7 +83,7 @@ class Lookup {
                    .kernel = &kernel_,
                    .bindings = {{0, in, Access::storage_read},
                                 {1, out, Access::storage_write},
-                                {2, depth_, Access::sampled},
+                                depth_,
                                 {3, single_, Access::sampled},
                                 {4, multiple_, Access::sampled}},
                    .push = as_push(push),
@@ -89,7 +95,8 @@ class Lookup {
 
  private:
   ComputeKernel kernel_;
-  const Image &depth_, &single_, &multiple_;
+  Binding depth_;
+  const Image &single_, &multiple_;
 };
 
 }  // namespace
@@ -186,6 +193,12 @@ TEST_CASE("table cost study" * doctest::skip()) {
     std::memcpy(&half, &ours.optical_depth.array.data[2 * i], 2);
     bytes.array.data[i] = static_cast<std::byte>(std::lround(255 * glm::unpackHalf2x16(half).x));
   }
+  const std::vector<std::uint32_t> words = pack_optical_depth(ours.optical_depth);
+  Buffer packed(device, "packed_optical_depth", words.size() * sizeof(std::uint32_t));
+  packed.write_vector(words);
+  const auto of_packed = [&](std::uint32_t what) {
+    return Lookup(what, packed, ours.optical_depth.width(), paper_single, textures.multiple_scattering());
+  };
   const Image byte_depth = upload_table(device, bytes, VK_FORMAT_R8G8_UNORM);
 
   struct Row {
@@ -201,9 +214,11 @@ TEST_CASE("table cost study" * doctest::skip()) {
   rows.push_back({"nothing (rays in, values out)", of_ours(0, textures.optical_depth()), {}});
   rows.push_back({"paper: all three 4D fetches", of_paper(1), {}});
   rows.push_back({"ours: all three", of_ours(2, textures.optical_depth()), {}});
+  rows.push_back({"ours: all three, optical depth packed", of_packed(2), {}});
   rows.push_back({"paper: optical depth, RG8", of_paper(3), {}});
   rows.push_back({"ours: optical depth, RG16F", of_ours(4, textures.optical_depth()), {}});
   rows.push_back({"ours: optical depth, RG8 copy", of_ours(4, byte_depth), {}});
+  rows.push_back({"ours: optical depth, packed", of_packed(4), {}});
   rows.push_back({"paper: single and multiple scattering", of_paper(5), {}});
   rows.push_back({"ours: single scattering, formula", of_ours(6, textures.optical_depth()), {}});
   rows.push_back({"ours: multiple scattering, one fetch", of_ours(7, textures.optical_depth()), {}});

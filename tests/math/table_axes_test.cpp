@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "shared/table_axes.h"
 
@@ -97,4 +98,33 @@ TEST_CASE("optical depth coordinates stay in their slice and are exact at vertic
   CHECK((at.z0 + at.weight / n) * n * n - 0.5f == doctest::Approx(5 * 32 + 3).epsilon(1e-5));
   CHECK(at.exit_uv.x * n - 0.5f == doctest::Approx(7).epsilon(1e-5));
   CHECK(at.exit_uv.y * n - 0.5f == doctest::Approx(30).epsilon(1e-5));
+}
+
+TEST_CASE("coarse vertices are every other and the last, and places among them are linear in between") {
+  for (uint n = 4; n <= 64; ++n) {
+    CAPTURE(n);
+    const uint coarse = coarse_vertices(n);
+    CHECK(coarse_vertex(0, n) == 0);
+    CHECK(coarse_vertex(coarse - 1, n) == n - 1);
+    CHECK(coarse_vertex(coarse - 2, n) < n - 1);
+    for (uint k = 0; k < coarse; ++k) CHECK(coarse_place(float(coarse_vertex(k, n)), n) == float(k));
+    for (uint k = 0; k + 1 < coarse; ++k)
+      CHECK(coarse_place(0.5f * float(coarse_vertex(k, n) + coarse_vertex(k + 1, n)), n) == float(k) + 0.5f);
+  }
+}
+
+TEST_CASE("packed words fill their table, each with a place of its own, and four of a group hold three cells") {
+  for (uint vertex = 0; vertex < 128; ++vertex) REQUIRE(packed_group(vertex) == vertex / 3);
+  for (const uint n : {3u, 4u, 5u, 8u, 17u}) {
+    CAPTURE(n);
+    CHECK(3 * packed_groups(n) >= n - 1);
+    std::set<uint> places;
+    for (uint w = 0; w < n; ++w)
+      for (uint z = 0; z < n; ++z)
+        for (uint y = 0; y < n; ++y)
+          for (uint group = 0; group < packed_groups(n); ++group)
+            places.insert(packed_along_exit_u(group, n) + packed_along_exit_v(y) + packed_along_entry_u(z, n) + packed_along_entry_v(w, n));
+    CHECK(places.size() == std::size_t{packed_groups(n)} * n * n * n);
+    CHECK(*places.rbegin() < packed_words(n));
+  }
 }

@@ -18,7 +18,7 @@ namespace nephele::test {
 inline Tables blank_tables() {
   Tables tables;
   tables.optical_depth.name = "optical_depth";
-  tables.optical_depth.array = {ElementType::float16, {1, 1, 1, 2}, std::vector<std::byte>(4)};
+  tables.optical_depth.array = {ElementType::float16, {16, 4, 4, 2}, std::vector<std::byte>(4 * 256)};
   tables.multiple_scattering.name = "multiple_scattering";
   tables.multiple_scattering.array = {ElementType::float16, {1, 1, 1, 4}, std::vector<std::byte>(8)};
   tables.mean_fill = 0.3f;
@@ -107,14 +107,14 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
   counts.visible_groups = {(count + 63) / 64, 1, 1};
   counts.draw = {6 * count, 1, 0, 0};
 
-  CloudLayer layer(device, {size.width, size.height, 1}, backend, blend, room, march_steps);
+  CloudLayer layer(device, tables, {size.width, size.height, 1}, backend, blend, room, march_steps);
   FrameExecutor executor(device);
   Layer result{std::vector<glm::vec4>(size.width * size.height), std::vector<float>(size.width * size.height)};
   result.shade_ms = 1e30;
   for (int run = 0; run < runs; ++run) {
     counters.write_vector(std::vector{counts});
     FrameBuilder frame(device);
-    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, tables, host});
+    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, host});
     executor.run(frame);
     double ms = 0;
     for (const PassTime& pass : executor.pass_times())
