@@ -6,13 +6,20 @@ namespace nephele {
 
 namespace {
 
-constexpr std::uint32_t kLocalSize = 32;
+bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 
-// Each thread sorts an equal run of the pairs. A few hundred threads saturate a CPU's cores and vector lanes and keep
-// the table of counts in its cache; a GPU wants thousands. Short runs would make that table longer than the data.
+// Threads of a workgroup; a CPU runs eight at once.
+std::uint32_t local_size(const Device& device) { return on_cpu(device) ? 8 : 32; }
+
+ComputeKernel sort_kernel(Device& device, const ShaderCode& code) {
+  const SpecConstant constants[] = {{0, local_size(device)}};
+  return ComputeKernel(device, code, constants);
+}
+
+// Each thread sorts an equal run of the pairs. Some sixty threads, eight in a batch, are enough for a CPU, and their
+// table of counts is short; a GPU wants thousands. Short runs would make that table longer than the data.
 std::uint32_t thread_count(const Device& device, std::uint32_t capacity) {
-  const bool cpu = device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU;
-  const std::uint32_t run = cpu ? 512 : 128, most = cpu ? 256 : 8192;
+  const std::uint32_t run = on_cpu(device) ? 512 : 128, most = on_cpu(device) ? 64 : 8192;
   return std::clamp((capacity + run - 1) / run, 1u, most);
 }
 
@@ -23,9 +30,10 @@ struct Push {
 }  // namespace
 
 RadixSort::RadixSort(Device& device, const std::string& name, std::uint32_t capacity)
-    : histogram_(device, shaders::radix_histogram_comp),
-      scatter_(device, shaders::radix_scatter_comp),
+    : histogram_(sort_kernel(device, shaders::radix_histogram_comp)),
+      scatter_(sort_kernel(device, shaders::radix_scatter_comp)),
       capacity_(std::max(capacity, 1u)),
+      local_size_(local_size(device)),
       threads_(thread_count(device, capacity_)),
       scan_(device, threads_ << kMaxDigitBits),
       counts_(device, name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t)),
@@ -45,7 +53,7 @@ RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, c
   // Rounds of equal width: a 14-bit key takes two tables of 128 counts, not one of 256 and one of 64.
   const std::uint32_t rounds = (key_bits + kMaxDigitBits - 1) / kMaxDigitBits;
   const std::uint32_t digit_bits = (key_bits + rounds - 1) / rounds;
-  const std::uint32_t groups = (threads_ + kLocalSize - 1) / kLocalSize;
+  const std::uint32_t groups = (threads_ + local_size_ - 1) / local_size_;
 
   int from = 0;
   for (std::uint32_t shift = 0; shift < key_bits; shift += digit_bits, from ^= 1) {

@@ -36,7 +36,7 @@ class RadixSort {
   static constexpr std::uint32_t kMaxDigitBits = 8;
 
   ComputeKernel histogram_, scatter_;
-  std::uint32_t capacity_, threads_;
+  std::uint32_t capacity_, local_size_, threads_;
   PrefixSum scan_;
   Buffer keys_[2], values_[2];
   Buffer counts_;  // by digit, then by thread

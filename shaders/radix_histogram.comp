@@ -5,7 +5,7 @@
 
 // Radix sort: each thread counts the digits of its run of keys. Counts are laid out digit by digit, then thread by
 // thread, so that their prefix sum is the place of each thread's first key with each digit.
-layout(local_size_x = 32) in;
+layout(local_size_x_id = 0) in;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer keys;
 layout(scalar, set = 0, binding = 1) buffer Counts { uint counts[]; };  // zero before

@@ -4,7 +4,7 @@
 #include "texels.glsl"
 
 // Radix sort: each thread moves its run of pairs, in order, to the places that the summed counts give it.
-layout(local_size_x = 32) in;
+layout(local_size_x_id = 0) in;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer keys_in;
 layout(set = 0, binding = 1) uniform usamplerBuffer values_in;
