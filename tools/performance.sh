@@ -177,7 +177,7 @@ needs, gains by the shorter lists alone.
 | optical depths packed: bytes in blocks of a cache line, first matter at every other vertex, the lesser half read (`tables.glsl`) | shade_blend, 1280×720, medium | 227 | 196 | 2e-4 RMS |
 | | shade_blend | 17.7 | 14.9 | 2e-4 RMS |
 | | shade_blend, exact | 29.3 | 27.5 | 2e-4 RMS |
-| sorts by 64 threads a CPU instead of up to 256, in workgroups of 8: a quarter of the table of counts to sum | light_tiles, view_sort, screen_tiles | 18.2 | 15.8 | none |
+| sorts on a CPU by 64 threads instead of up to 256, in workgroups of 8: a quarter of the table of counts to sum | light_tiles, view_sort, screen_tiles | 18.2 | 15.8 | none |
 
 The volume blend ends at opaque matter instead of at a gap behind it (`OpaqueFront`, shaders/shared/blend.h): what is hidden is no longer mixed into
 what it overlaps. Pairs at 1280×720, medium, scale 1, and the relMSE against the exact blend at 640×360, medium, by `nephele compare`:
