@@ -16,7 +16,7 @@ race_scenes=(field_side cloud_front)
 race_ways=("exact --blend exact" "volume --blend volume" "march_8 --method raymarch --steps 8" "march_16 --method raymarch --steps 16"
   "march_32 --method raymarch --steps 32" "march_64 --method raymarch --steps 64")
 race() {  # arguments of render
-  local rounds=3 round scene way name how work
+  local rounds=5 round scene way name how work
   work=$(mktemp -d)
   for round in $(seq "$rounds"); do
     for scene in "${race_scenes[@]}"; do
@@ -73,10 +73,32 @@ race_table() {
     "$out/race.json"
 }
 
+# How many steps bring the marcher as near to the truth as a blend is, and how many times as long it takes then.
+race_ratios() {
+  [[ -f $out/race.json ]] || return 0
+  echo "| scene | blend | steps of the marcher at its distance in colour, transmittance | marcher's time over the blend's, colour | transmittance |"
+  echo "|---|---|---|---|---|"
+  jq -r '
+    # Steps at which marching is as near to the truth as `distance` (log-log), and what the layer takes then.
+    def at($marches; $what; $distance): [range($marches | length - 1) as $i | $marches[$i] as $a | $marches[$i + 1] as $b
+      | select($a[$what] >= $distance and $distance >= $b[$what])
+      | (($a[$what] / $distance | log) / ($a[$what] / $b[$what] | log)) as $f | ($a.steps * pow($b.steps / $a.steps; $f)) as $steps
+      | {$steps, ms: ($a.layer_ms + ($b.layer_ms - $a.layer_ms) * ($steps - $a.steps) / ($b.steps - $a.steps))}] | first;
+    def shown: . * 10 | round / 10;
+    . as $all | [.[].scene] | unique | reverse | map(. as $scene
+      | ([$all[] | select(.scene == $scene and (.way | startswith("march"))) | .steps = (.way | ltrimstr("march_") | tonumber)] | sort_by(.steps)) as $marches
+      | ["volume", "exact"] | map(. as $way | ($all[] | select(.scene == $scene and .way == $way)) as $row
+        | ["color", "transmittance"] | map(. as $what | at($marches; $what; $row[$what])) as $at
+        | "| \($scene) | \($way) | \($at | map(.steps | round | tostring) | join(", ")) | \($at[0].ms / $row.layer_ms | shown) | \($at[1].ms / $row.layer_ms | shown) |")) | flatten | .[]' "$out/race.json"
+}
+
 # What the scaling sweep says of the frame time as a function of the shaded pairs and of the particles.
 scaling_reading() {
   [[ -f $out/scaling/results.json ]] || return 0
-  jq -r '
+  local bare  # net nanoseconds a ray
+  bare=$(awk -F ' *[|] *' '$2 == "ours: all three, optical depth packed" { print $5 }' docs/tables.md)
+  [[ $bare ]] || { echo "performance: docs/tables.md has no cost of the packed look-up" >&2; exit 1; }
+  jq -r --arg bare "$bare" '
     def mean: add / length;
     def pairs: .pairs_shaded;
     def line: (map(pairs) | mean) as $x | (map(.ms.median) | mean) as $y |
@@ -86,7 +108,7 @@ scaling_reading() {
     (.variants | map(select(.series == "ring size"))) as $rings |
     ([$rings[] as $a | $rings[] as $b | {from: $a, to: $b, particles: ($b.particles_generated / $a.particles_generated), ms: ($b.ms.median / $a.ms.median)}]
       | min_by(.particles - 4 | fabs)) as $four |
-    "Over the resolutions the frame time is linear in the shaded pairs with R² = \($line.r2 * 10000 | round / 10000), \($line.slope_ns | round) ns a pair, all that grows with the pixels included. A bare fetch from both tables takes some 31 ns of one core (docs/tables.md), and at most 1.5 times that was asked of a pair: it is far from reached, since a pair also finds its particle, meets its ellipsoid and its base, fetches four times from the noise and sums four kinds of light. " +
+    "Over the resolutions the frame time is linear in the shaded pairs with R² = \($line.r2 * 10000 | round / 10000), \($line.slope_ns | round) ns a pair, all that grows with the pixels included. A bare look-up in both tables, with single scattering, takes \($bare) ns with all cores (docs/tables.md, packed), and at most 1.5 times that was asked of a pair: it is far from reached, since a pair also finds its particle, meets its ellipsoid and its base, fetches four times from the noise and sums four kinds of light. " +
     "\($four.particles * 100 | round / 100) times the particles (rings of \($four.to.axes.ring_size_cells) cells for \($four.from.axes.ring_size_cells)) over the same screen take \($four.ms * 100 | round / 100) times the time."' \
     "$out/scaling/results.json"
 }
@@ -137,10 +159,11 @@ The cloud layer against the path tracer's, on a field and on a single towering c
 
 TEXT
   race_table
+  echo
+  race_ratios
   cat <<'TEXT'
 
-Five times as fast was asked. Marching reaches the particles' distance at 21 to 30 steps. There volume is 6.9 (colour) to 7.4 (transmittance) times as
-fast on the field and 5.8 on the tower; exact, which is as near to the truth, 4.8 to 5.2 and 4.5. More steps get nearer than
+Five times as fast was asked: volume is, exact, which is as near to the truth, on the field alone. More steps get nearer than
 whole particles can: the truth has none of the noise that erodes the particles' edges. Fewer than 16 step over them.
 
 ## What was made faster

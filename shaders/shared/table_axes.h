@@ -8,13 +8,13 @@
 // Optical depth, one RG16F 3D texture of N x N x N^2: entry point S and exit point E of a chord of the unit sphere, each
 // on an octahedral map of N x N vertices; x = E.u, y = E.v, z = N * S.v + S.u. The maps' folds run along cell edges, so
 // no interpolation crosses a seam. A texel holds the square root of the chord's mean density, which fades towards the
-// rim about linearly, and the fraction of the chord before the first matter. Both are whole 256ths, kept in half floats:
-// devices may filter eight bits in eight bits, which errs more than the axes do. The fraction is given at every other
+// rim about linearly, and the fraction of the chord before the first matter. Both are whole 256ths, at most
+// 255, kept in half floats: devices may filter eight bits in eight bits, which errs more than the axes do. The fraction is given at every other
 // vertex and the last (*coarse* vertices) and linear between them, so that it can be kept at those alone.
 //
 // The same packed for devices whose time goes to cache misses: a buffer of words, four bytes each, for which a look-up
-// touches 3 and 3 cache lines instead of 8 in a table of 1.6 MiB instead of 4. First the density over all vertices,
-// then the fraction over the coarse ones, each as blocks of words (packed_word).
+// touches twice 3 cache lines instead of 8, in a table of 1.6 MiB instead of 4. First the density over all vertices,
+// then the fraction over the coarse ones, each as blocks of words (packed_along_exit_u and so on).
 #ifndef NEPHELE_SHARED_TABLE_AXES_H
 #define NEPHELE_SHARED_TABLE_AXES_H
 
