@@ -119,7 +119,8 @@ DOC
   rows "ring size" ring_size_cells "cells along a ring"
   rows layers layers "layers"
   echo
-  echo "At 1280x720 and medium quality the passes before shading (grid, particles, light, sort) take $share % of the frame (asked: at most 25):"
+  echo "At 1280x720 and medium quality the passes before shading (grid, particles, light, sort) take $share % of the frame (asked: at most 25; their"
+  echo "share grows as shading gets faster, their time does not):"
   rows medium none "quality"
 } > "$work/large_world.md"
 mv "$work/large_world.md" docs/large_world.md
