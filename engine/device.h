@@ -27,6 +27,9 @@ struct DeviceInfo {
   VkDeviceSize max_storage_buffer_bytes = 0;
   std::uint32_t max_texel_buffer_elements = 0;
   float timestamp_period_ns = 0;
+
+  // A software driver: eight threads in step, cache misses and dispatches dear; kernels and their sizes differ.
+  bool on_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 };
 
 struct DeviceOptions {

@@ -21,7 +21,7 @@ GpuTables::GpuTables(Device& device, const Tables& tables)
       optical_depth_(upload_table(device, tables.optical_depth, VK_FORMAT_R16G16_SFLOAT)),
       multiple_scattering_(upload_table(device, tables.multiple_scattering, VK_FORMAT_R16G16B16A16_SFLOAT)),
       mean_fill_(tables.mean_fill) {
-  if (device.info().type != VK_PHYSICAL_DEVICE_TYPE_CPU) return;
+  if (!device.info().on_cpu()) return;
   const std::vector<std::uint32_t> words = pack_optical_depth(tables.optical_depth);
   packed_optical_depth_ = Buffer(device, "packed_optical_depth", words.size() * sizeof(std::uint32_t));
   packed_optical_depth_.write_vector(words);

@@ -12,7 +12,7 @@ struct Push {
 
 // On a CPU a dispatch costs as much as some thousand values: long runs take fewer levels. A GPU wants threads.
 PrefixSum::PrefixSum(Device& device, std::uint32_t max_count) : max_count_(max_count) {
-  const bool cpu = device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  const bool cpu = device.info().on_cpu();
   run_ = cpu ? 256 : 64;
   local_size_ = cpu ? 16 : 64;
   const SpecConstant constants[] = {{0, run_}, {1, local_size_}};

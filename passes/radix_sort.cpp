@@ -6,10 +6,8 @@ namespace nephele {
 
 namespace {
 
-bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
-
 // Threads of a workgroup; a CPU runs eight at once.
-std::uint32_t local_size(const Device& device) { return on_cpu(device) ? 8 : 32; }
+std::uint32_t local_size(const Device& device) { return device.info().on_cpu() ? 8 : 32; }
 
 ComputeKernel sort_kernel(Device& device, const ShaderCode& code) {
   const SpecConstant constants[] = {{0, local_size(device)}};
@@ -19,7 +17,8 @@ ComputeKernel sort_kernel(Device& device, const ShaderCode& code) {
 // Each thread sorts an equal run of the pairs. Some sixty threads, eight in a batch, are enough for a CPU, and their
 // table of counts is short; a GPU wants thousands. Short runs would make that table longer than the data.
 std::uint32_t thread_count(const Device& device, std::uint32_t capacity) {
-  const std::uint32_t run = on_cpu(device) ? 512 : 128, most = on_cpu(device) ? 64 : 8192;
+  const bool cpu = device.info().on_cpu();
+  const std::uint32_t run = cpu ? 512 : 128, most = cpu ? 64 : 8192;
   return std::clamp((capacity + run - 1) / run, 1u, most);
 }
 

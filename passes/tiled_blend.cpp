@@ -16,23 +16,21 @@ namespace {
 // threads once they have gone round 65 535 times in all, and a place takes a handful of rounds.
 constexpr std::uint32_t kPlacesOnCpu = 2 * shared::kPagePlaces, kPlacesOnGpu = 1u << 20;
 
-bool on_cpu(const Device& device) { return device.info().type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
-
 // listed: for the tiles of a list, not all with short lists.
 ComputeKernel shade_kernel(Device& device, const ShaderCode& code, bool listed) {
-  const SpecConstant constants[] = {{0, on_cpu(device) ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
+  const SpecConstant constants[] = {{0, device.info().on_cpu() ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
   return ComputeKernel(device, code, constants);
 }
 
 // Longest list that shade_short_kernel takes.
 std::uint32_t short_list(const Device& device, BlendMode mode) {
-  return on_cpu(device) && mode == BlendMode::volume ? shared::kColumnPlaces : shared::kShortPlaces;
+  return device.info().on_cpu() && mode == BlendMode::volume ? shared::kColumnPlaces : shared::kShortPlaces;
 }
 
 // On a CPU a column of pixels a thread, on a GPU a pixel.
 ComputeKernel shade_short_kernel(Device& device, const GpuTables& tables, BlendMode mode) {
   const bool volume = mode == BlendMode::volume;
-  if (!on_cpu(device)) return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
+  if (!device.info().on_cpu()) return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
   const SpecConstant constants[] = {{2, short_list(device, mode)}, {10, tables.optical_depth().desc().width}};
   return ComputeKernel(device, volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
 }

@@ -228,7 +228,7 @@ TEXT
 - **Optical radius 100**: Monte Carlo noise leaves the RMSE of g = 0.7 and above uncertain, see "at most".
 - **First matter** varies faster than the mean density and jumps where a chord begins to miss a billow; it is averaged over
   five chords a vertex and fitted to every other vertex. Of chords with a mean density above 0.05 it misses the beginning by 0.025
-  of their length (RMS, bias 0.002; 0.013 and 0.001 with all vertices), which changes the relMSE of the truth set by less than 1 %.
+  of their length (RMS, bias 0.002; 0.013 and 0.001 with all vertices; measured once), which changes the relMSE of the truth set by less than 1 %.
 - **Optical radius 1e4**: finite and never negative, but where little light is multiple scattering is off by 40 percent and more of
   its value, and single scattering at the terminator is lost; see "Hard cases". Multiple scattering is measured to be right up to 100 and refused beyond 200.
 - The paper's tables are compared as designed, with right values at every vertex; as published they fall short of that.

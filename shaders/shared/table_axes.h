@@ -8,9 +8,9 @@
 // Optical depth, one RG16F 3D texture of N x N x N^2: entry point S and exit point E of a chord of the unit sphere, each
 // on an octahedral map of N x N vertices; x = E.u, y = E.v, z = N * S.v + S.u. The maps' folds run along cell edges, so
 // no interpolation crosses a seam. A texel holds the square root of the chord's mean density, which fades towards the
-// rim about linearly, and the fraction of the chord before the first matter. Both are whole 256ths, at most
-// 255, kept in half floats: devices may filter eight bits in eight bits, which errs more than the axes do. The fraction is given at every other
-// vertex and the last (*coarse* vertices) and linear between them, so that it can be kept at those alone.
+// rim about linearly, and the fraction of the chord before the first matter. Both are whole 256ths, at most 255, kept in
+// half floats: devices may filter eight bits in eight bits, which errs more than the axes do. The fraction is given at
+// every other vertex and the last (*coarse* vertices) and linear between them, so that it can be kept at those alone.
 //
 // The same packed for devices whose time goes to cache misses: a buffer of words, four bytes each, for which a look-up
 // touches twice 3 cache lines instead of 8, in a table of 1.6 MiB instead of 4. First the density over all vertices,
@@ -124,7 +124,7 @@ NEPHELE_FN float coarse_place(float place, uint n) {
 }
 
 // A word of the packed table holds four vertices along E.u, from vertex 3 * group on, the first in the lowest byte: any
-// two neighbours are in one word. Groups and words of an axis of n <= 128 vertices:
+// two neighbours are in one word. Groups of an axis of n <= 128 vertices, and the group where two neighbours begin:
 NEPHELE_FN uint packed_groups(uint n) {
   return (n + 1u) / 3u;
 }
@@ -133,15 +133,26 @@ NEPHELE_FN uint packed_group(uint vertex) {
   return (vertex * 43u) >> 7u;  // vertex / 3
 }
 
-NEPHELE_FN uint packed_words(uint n) {
-  uint half_blocks = (n + 1u) / 2u;
-  return packed_groups(n) * 16u * ((n + 3u) / 4u) * half_blocks * half_blocks;
+// A word's place is the sum of its places along the axes. A block of 16 words, 64 bytes and a cache line of most CPUs, holds
+// 4 x 2 x 2 vertices along E.v, S.u and S.v; blocks follow each other along E.v, then S.u, S.v and the groups of E.u.
+NEPHELE_FN uint packed_entry_u_stride(uint n) {
+  return 16u * ((n + 3u) / 4u);
 }
 
-// The word's place is the sum of these. 64 bytes, a cache line of most CPUs, hold 4 x 2 x 2 vertices along E.v, S.u, S.v.
+NEPHELE_FN uint packed_entry_v_stride(uint n) {
+  return packed_entry_u_stride(n) * ((n + 1u) / 2u);
+}
+
+NEPHELE_FN uint packed_exit_u_stride(uint n) {
+  return packed_entry_v_stride(n) * ((n + 1u) / 2u);
+}
+
+NEPHELE_FN uint packed_words(uint n) {
+  return packed_groups(n) * packed_exit_u_stride(n);
+}
+
 NEPHELE_FN uint packed_along_exit_u(uint group, uint n) {
-  uint half_blocks = (n + 1u) / 2u;
-  return group * (16u * ((n + 3u) / 4u) * half_blocks * half_blocks);
+  return group * packed_exit_u_stride(n);
 }
 
 NEPHELE_FN uint packed_along_exit_v(uint vertex) {
@@ -149,11 +160,11 @@ NEPHELE_FN uint packed_along_exit_v(uint vertex) {
 }
 
 NEPHELE_FN uint packed_along_entry_u(uint vertex, uint n) {
-  return ((vertex & 1u) << 2u) + (vertex >> 1u) * (16u * ((n + 3u) / 4u));
+  return ((vertex & 1u) << 2u) + (vertex >> 1u) * packed_entry_u_stride(n);
 }
 
 NEPHELE_FN uint packed_along_entry_v(uint vertex, uint n) {
-  return ((vertex & 1u) << 3u) + (vertex >> 1u) * (16u * ((n + 3u) / 4u) * ((n + 1u) / 2u));
+  return ((vertex & 1u) << 3u) + (vertex >> 1u) * packed_entry_v_stride(n);
 }
 
 // The mean density of a chord from the fetched texel; the root of it is stored.

@@ -270,17 +270,18 @@ TEST_CASE("the optical depth table holds mean density and first matter, the same
     ++dense;
   }
   // As the packed table can hold them: whole 256ths, the first matter linear between coarse vertices.
-  for (std::size_t s = 0; s < 4; ++s) {
-    const auto texel = [&](int entry, int exit, int channel) {
-      std::uint16_t half = 0;
-      std::memcpy(&half, &table.array.data[2 * ((std::size_t(entry) * n * n + exit) * 2 + channel)], 2);
-      return glm::unpackHalf2x16(half).x;
-    };
-    const int entry = int(s) * 2 * n + 6, exit = 8 * n + 10;
-    CHECK(texel(entry, exit, 0) * 256 == std::round(texel(entry, exit, 0) * 256));
-    CHECK(texel(entry, exit, 1) * 256 == std::round(texel(entry, exit, 1) * 256));
-    CHECK(texel(entry, exit + 1, 1) == doctest::Approx(0.5 * (texel(entry, exit, 1) + texel(entry, exit + 2, 1))).epsilon(1e-3));
-    CHECK(texel(entry + n, exit, 1) == doctest::Approx(0.5 * (texel(entry, exit, 1) + texel(entry + 2 * n, exit, 1))).epsilon(1e-3));
+  const auto texel = [&](int entry, int exit, int channel) {
+    std::uint16_t half = 0;
+    std::memcpy(&half, &table.array.data[2 * (2 * (std::size_t(entry) * n * n + exit) + channel)], 2);
+    return glm::unpackHalf2x16(half).x;
+  };
+  const int exit = 8 * n + 10;
+  for (const int entry : {6, 2 * n + 6, 4 * n + 6, 6 * n + 6}) {
+    CAPTURE(entry);
+    for (const int channel : {0, 1}) CHECK(texel(entry, exit, channel) * 256 == std::round(texel(entry, exit, channel) * 256));
+    const auto first_between = [&](int a, int b) { return doctest::Approx(0.5 * (texel(entry, exit, 1) + texel(a, b, 1))).epsilon(1e-3); };
+    CHECK(texel(entry, exit + 1, 1) == first_between(entry, exit + 2));
+    CHECK(texel(entry + n, exit, 1) == first_between(entry + 2 * n, exit));
   }
   CHECK(std::sqrt(first_squares / dense) < 0.05);  // of the chord; 0.038 measured, 0.025 at the default size
   CHECK(std::sqrt(squares) < 0.008);  // 0.004 measured; plain interpolation without the fit errs by 0.011
