@@ -25,7 +25,7 @@ enum class Access : std::uint8_t {
   indirect,            // arguments of an indirect dispatch or draw
   transfer_read,
   transfer_write,
-  host_read,           // read by the CPU after the frame
+  host_read,  // read by the CPU after the frame
 };
 
 struct AccessMasks {

@@ -10,7 +10,8 @@
 namespace nephele {
 
 [[noreturn]] inline void check_failed(const char* file, int line, const char* expression, const std::string& detail) {
-  std::fprintf(stderr, "%s:%d: check failed: %s%s%s\n", file, line, expression, detail.empty() ? "" : ": ", detail.c_str());
+  std::fprintf(stderr, "%s:%d: check failed: %s%s%s\n", file, line, expression, detail.empty() ? "" : ": ",
+               detail.c_str());
   std::abort();
 }
 
@@ -24,10 +25,9 @@ std::string concat(const Parts&... parts) {
 }  // namespace nephele
 
 // NEPHELE_CHECK(condition, parts...): the parts are streamed into the message.
-#define NEPHELE_CHECK(condition, ...)                                                               \
-  do {                                                                                              \
-    if (!(condition))                                                                               \
-      ::nephele::check_failed(__FILE__, __LINE__, #condition, ::nephele::concat(__VA_ARGS__));      \
+#define NEPHELE_CHECK(condition, ...)                                                                          \
+  do {                                                                                                         \
+    if (!(condition)) ::nephele::check_failed(__FILE__, __LINE__, #condition, ::nephele::concat(__VA_ARGS__)); \
   } while (false)
 
 // NEPHELE_VK(call): a Vulkan call that must succeed.
@@ -35,5 +35,6 @@ std::string concat(const Parts&... parts) {
   do {                                                                                              \
     const VkResult nephele_vk_result = (call);                                                      \
     if (nephele_vk_result != VK_SUCCESS)                                                            \
-      ::nephele::check_failed(__FILE__, __LINE__, #call, ::nephele::concat("VkResult ", static_cast<int>(nephele_vk_result))); \
+      ::nephele::check_failed(__FILE__, __LINE__, #call,                                            \
+                              ::nephele::concat("VkResult ", static_cast<int>(nephele_vk_result))); \
   } while (false)

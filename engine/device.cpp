@@ -13,7 +13,8 @@ namespace {
 
 std::atomic<std::uint64_t> validation_message_count{0};
 
-VKAPI_ATTR VkBool32 VKAPI_CALL on_validation_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+VKAPI_ATTR VkBool32 VKAPI_CALL on_validation_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                                     VkDebugUtilsMessageTypeFlagsEXT,
                                                      const VkDebugUtilsMessengerCallbackDataEXT* data, void*) {
   validation_message_count.fetch_add(1);
   std::fprintf(stderr, "vulkan validation: %s\n", data->pMessage);
@@ -22,7 +23,8 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_validation_message(VkDebugUtilsMessageSeverity
 
 VkDebugUtilsMessengerCreateInfoEXT messenger_info() {
   VkDebugUtilsMessengerCreateInfoEXT info{VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
-  info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  info.messageSeverity =
+      VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
   info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
   info.pfnUserCallback = on_validation_message;
   return info;
@@ -35,12 +37,14 @@ bool has_validation_layer() {
   vkEnumerateInstanceLayerProperties(&count, nullptr);
   std::vector<VkLayerProperties> layers(count);
   vkEnumerateInstanceLayerProperties(&count, layers.data());
-  return std::any_of(layers.begin(), layers.end(), [](const auto& l) { return std::strcmp(l.layerName, kValidationLayer) == 0; });
+  return std::any_of(layers.begin(), layers.end(),
+                     [](const auto& l) { return std::strcmp(l.layerName, kValidationLayer) == 0; });
 }
 
 Result<VkInstance> create_instance(bool validation) {
   if (validation && !has_validation_layer())
-    return Error{"validation was asked for (NEPHELE_VALIDATION=1), but the layer VK_LAYER_KHRONOS_validation is not installed"};
+    return Error{
+        "validation was asked for (NEPHELE_VALIDATION=1), but the layer VK_LAYER_KHRONOS_validation is not installed"};
   VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
   application.pApplicationName = "nephele";
   application.apiVersion = VK_API_VERSION_1_3;
@@ -74,7 +78,8 @@ struct FeatureChain {
   VkPhysicalDeviceFeatures2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
   VkPhysicalDeviceVulkan12Features v12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
   VkPhysicalDeviceVulkan13Features v13{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
-  VkPhysicalDeviceFragmentShaderInterlockFeaturesEXT interlock{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FRAGMENT_SHADER_INTERLOCK_FEATURES_EXT};
+  VkPhysicalDeviceFragmentShaderInterlockFeaturesEXT interlock{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FRAGMENT_SHADER_INTERLOCK_FEATURES_EXT};
   VkPhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT ordered{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RASTERIZATION_ORDER_ATTACHMENT_ACCESS_FEATURES_EXT};
 
@@ -95,7 +100,8 @@ bool has_extension(VkPhysicalDevice physical, const char* name) {
   vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr);
   std::vector<VkExtensionProperties> extensions(count);
   vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, extensions.data());
-  return std::any_of(extensions.begin(), extensions.end(), [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
 }
 
 constexpr std::uint32_t kNoQueue = ~0u;
@@ -139,13 +145,20 @@ DeviceInfo query_info(VkPhysicalDevice physical, std::uint32_t index) {
   info.fragment_shader_interlock = interlock && features.interlock.fragmentShaderPixelInterlock;
   info.ordered_attachment_access = ordered && features.ordered.rasterizationOrderColorAttachmentAccess;
   info.fragment_count_query = features.core.features.pipelineStatisticsQuery;
-  if (find_queue_family(physical) == kNoQueue) info.missing = "a queue for graphics and compute with timestamps";
-  else if (!features.v12.scalarBlockLayout) info.missing = "scalarBlockLayout";
-  else if (!features.v13.synchronization2) info.missing = "synchronization2";
-  else if (!features.v13.maintenance4) info.missing = "maintenance4";
-  else if (!features.core.features.fragmentStoresAndAtomics) info.missing = "fragmentStoresAndAtomics";
-  else if (!features.core.features.independentBlend) info.missing = "independentBlend";
-  else info.usable = true;
+  if (find_queue_family(physical) == kNoQueue)
+    info.missing = "a queue for graphics and compute with timestamps";
+  else if (!features.v12.scalarBlockLayout)
+    info.missing = "scalarBlockLayout";
+  else if (!features.v13.synchronization2)
+    info.missing = "synchronization2";
+  else if (!features.v13.maintenance4)
+    info.missing = "maintenance4";
+  else if (!features.core.features.fragmentStoresAndAtomics)
+    info.missing = "fragmentStoresAndAtomics";
+  else if (!features.core.features.independentBlend)
+    info.missing = "independentBlend";
+  else
+    info.usable = true;
   return info;
 }
 
@@ -158,7 +171,8 @@ std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
 }
 
 Result<std::uint32_t> choose_device(const std::vector<DeviceInfo>& infos, const std::string& wanted) {
-  if (infos.empty()) return Error{"no Vulkan device was found; Debian's package mesa-vulkan-drivers provides one that needs no GPU"};
+  if (infos.empty())
+    return Error{"no Vulkan device was found; Debian's package mesa-vulkan-drivers provides one that needs no GPU"};
   std::string names;
   for (const DeviceInfo& info : infos) names += concat(names.empty() ? "" : ", ", info.index, " = ", info.name);
   std::optional<std::uint32_t> match;
@@ -167,7 +181,9 @@ Result<std::uint32_t> choose_device(const std::vector<DeviceInfo>& infos, const 
       if (info.usable && (!match || (info.type == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU &&
                                      infos[*match].type != VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU)))
         match = info.index;
-    if (!match) return Error{concat("no device has Vulkan 1.3 and what Nephele needs (", names, "; first lacks ", infos[0].missing, ")")};
+    if (!match)
+      return Error{
+          concat("no device has Vulkan 1.3 and what Nephele needs (", names, "; first lacks ", infos[0].missing, ")")};
     return *match;
   }
   std::uint32_t index = 0;
@@ -241,7 +257,8 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
   features.ordered.rasterizationOrderColorAttachmentAccess = VK_TRUE;
   std::vector<const char*> extensions;
   if (device->info_.fragment_shader_interlock) extensions.push_back(VK_EXT_FRAGMENT_SHADER_INTERLOCK_EXTENSION_NAME);
-  if (device->info_.ordered_attachment_access) extensions.push_back(VK_EXT_RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXTENSION_NAME);
+  if (device->info_.ordered_attachment_access)
+    extensions.push_back(VK_EXT_RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXTENSION_NAME);
 
   const float priority = 1.0f;
   VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};

@@ -19,11 +19,11 @@ struct DeviceInfo {
   std::string driver;  // driver name and version
   VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
   std::uint32_t api_version = 0;
-  bool usable = false;                        // Vulkan 1.3 and every required feature
-  std::string missing;                        // what keeps it from being usable
-  bool fragment_shader_interlock = false;     // the interlock blending backend
-  bool ordered_attachment_access = false;     // the attachment blending backend
-  bool fragment_count_query = false;          // pipeline statistics: optional, for the figures
+  bool usable = false;                     // Vulkan 1.3 and every required feature
+  std::string missing;                     // what keeps it from being usable
+  bool fragment_shader_interlock = false;  // the interlock blending backend
+  bool ordered_attachment_access = false;  // the attachment blending backend
+  bool fragment_count_query = false;       // pipeline statistics: optional, for the figures
   VkDeviceSize max_storage_buffer_bytes = 0;
   std::uint32_t max_texel_buffer_elements = 0;
   float timestamp_period_ns = 0;

@@ -19,23 +19,33 @@ bool is_image(const ResourceRef& resource) { return std::holds_alternative<const
 // What the step declares must be what the shader does: same set of bindings, same kind, same direction.
 void check_bindings(const std::string& step, const PipelineLayout& layout, const std::vector<Binding>& bindings) {
   for (const ReflectedBinding& reflected : layout.reflection().bindings) {
-    const auto at = std::find_if(bindings.begin(), bindings.end(), [&](const Binding& b) { return b.binding == reflected.binding; });
-    NEPHELE_CHECK(at != bindings.end(), step, " / ", layout.name(), ": binding ", reflected.binding, " (", reflected.name, ") is not declared");
+    const auto at = std::find_if(bindings.begin(), bindings.end(),
+                                 [&](const Binding& b) { return b.binding == reflected.binding; });
+    NEPHELE_CHECK(at != bindings.end(), step, " / ", layout.name(), ": binding ", reflected.binding, " (",
+                  reflected.name, ") is not declared");
     const std::string& resource = resource_name(at->resource);
-    const bool storage = reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER || reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+    const bool storage =
+        reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER || reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
     const bool texels = reflected.type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-    const bool buffer = texels || reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER || reflected.type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
-    NEPHELE_CHECK(buffer != is_image(at->resource), step, " / ", layout.name(), ": ", resource, " at binding ", reflected.binding, " is of the wrong kind");
+    const bool buffer = texels || reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER ||
+                        reflected.type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+    NEPHELE_CHECK(buffer != is_image(at->resource), step, " / ", layout.name(), ": ", resource, " at binding ",
+                  reflected.binding, " is of the wrong kind");
     Access wanted = Access::uniform;
-    if (storage) wanted = reflected.writes ? (reflected.reads ? Access::storage_read_write : Access::storage_write) : Access::storage_read;
+    if (storage)
+      wanted = reflected.writes ? (reflected.reads ? Access::storage_read_write : Access::storage_write)
+                                : Access::storage_read;
     if (reflected.type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER) wanted = Access::sampled;
     if (reflected.type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT) wanted = Access::color_ordered;
-    if (texels) wanted = at->access == Access::words ? Access::words : Access::texels;  // how many words a texel has, the shader doesn't say
-    NEPHELE_CHECK(at->access == wanted, step, " / ", layout.name(), ": ", resource, " at binding ", reflected.binding, " is declared ",
-                  access_name(at->access), ", the shader's ", reflected.name, " is ", access_name(wanted));
+    if (texels)
+      wanted = at->access == Access::words ? Access::words
+                                           : Access::texels;  // how many words a texel has, the shader doesn't say
+    NEPHELE_CHECK(at->access == wanted, step, " / ", layout.name(), ": ", resource, " at binding ", reflected.binding,
+                  " is declared ", access_name(at->access), ", the shader's ", reflected.name, " is ",
+                  access_name(wanted));
   }
-  NEPHELE_CHECK(bindings.size() == layout.reflection().bindings.size(), step, " / ", layout.name(), ": declares ", bindings.size(),
-                " bindings, the shader has ", layout.reflection().bindings.size());
+  NEPHELE_CHECK(bindings.size() == layout.reflection().bindings.size(), step, " / ", layout.name(), ": declares ",
+                bindings.size(), " bindings, the shader has ", layout.reflection().bindings.size());
 }
 
 std::vector<std::pair<ResourceRef, Access>> uses_of(const std::vector<Binding>& bindings, const Indirect& indirect) {
@@ -45,10 +55,12 @@ std::vector<std::pair<ResourceRef, Access>> uses_of(const std::vector<Binding>& 
   return uses;
 }
 
-void push_constants(VkCommandBuffer commands, const PipelineLayout& layout, const PushConstants& push, const std::string& step) {
-  NEPHELE_CHECK(push.size() == layout.reflection().push_constant_bytes, step, ": pushes ", push.size(), " bytes, the shader has ",
-                layout.reflection().push_constant_bytes);
-  if (!push.empty()) vkCmdPushConstants(commands, layout.vk(), layout.stages(), 0, static_cast<std::uint32_t>(push.size()), push.data());
+void push_constants(VkCommandBuffer commands, const PipelineLayout& layout, const PushConstants& push,
+                    const std::string& step) {
+  NEPHELE_CHECK(push.size() == layout.reflection().push_constant_bytes, step, ": pushes ", push.size(),
+                " bytes, the shader has ", layout.reflection().push_constant_bytes);
+  if (!push.empty())
+    vkCmdPushConstants(commands, layout.vk(), layout.stages(), 0, static_cast<std::uint32_t>(push.size()), push.data());
 }
 
 void memory_barrier(VkCommandBuffer commands, const PlannedBarrier& planned) {
@@ -68,8 +80,8 @@ constexpr VkAccessFlags2 kAnyAccess = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_
 constexpr PlannedBarrier kFrameStart{VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                                      VK_ACCESS_2_MEMORY_WRITE_BIT, kAnyAccess};
 constexpr PlannedBarrier kFrameEnd{VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                                   VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT,
-                                   kAnyAccess | VK_ACCESS_2_HOST_READ_BIT};
+                                   VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
+                                   VK_ACCESS_2_MEMORY_WRITE_BIT, kAnyAccess | VK_ACCESS_2_HOST_READ_BIT};
 
 }  // namespace
 
@@ -81,7 +93,8 @@ std::uint32_t FrameBuilder::resource_index(const ResourceRef& resource) {
   return static_cast<std::uint32_t>(resources_.size() - 1);
 }
 
-void FrameBuilder::add(std::string name, const std::vector<std::pair<ResourceRef, Access>>& uses, RecordFunction record) {
+void FrameBuilder::add(std::string name, const std::vector<std::pair<ResourceRef, Access>>& uses,
+                       RecordFunction record) {
   StepDeclaration declaration{std::move(name), {}};
   for (const auto& [resource, access] : uses) declaration.uses.push_back({resource_index(resource), access});
   declarations_.push_back(std::move(declaration));
@@ -99,8 +112,10 @@ void FrameBuilder::compute(ComputeStep step) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, step.kernel->vk());
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout.vk(), 0, 1, &set, 0, nullptr);
     push_constants(commands, layout, step.push, step.name);
-    if (step.indirect.buffer) vkCmdDispatchIndirect(commands, step.indirect.buffer->vk(), step.indirect.offset);
-    else vkCmdDispatch(commands, step.groups[0], step.groups[1], step.groups[2]);
+    if (step.indirect.buffer)
+      vkCmdDispatchIndirect(commands, step.indirect.buffer->vk(), step.indirect.offset);
+    else
+      vkCmdDispatch(commands, step.groups[0], step.groups[1], step.groups[2]);
   });
 }
 
@@ -112,8 +127,9 @@ void FrameBuilder::raster(RasterStep step) {
   auto uses = uses_of(step.bindings, step.indirect);
   for (const Image* image : step.color) {
     if (desc.ordered)
-      NEPHELE_CHECK(std::any_of(uses.begin(), uses.end(), [&](const auto& use) { return use.first == ResourceRef(image); }), step.name,
-                    ": attachment ", image->name(), " is not bound as an input");
+      NEPHELE_CHECK(
+          std::any_of(uses.begin(), uses.end(), [&](const auto& use) { return use.first == ResourceRef(image); }),
+          step.name, ": attachment ", image->name(), " is not bound as an input");
     else
       uses.emplace_back(image, Access::color);
   }
@@ -122,7 +138,8 @@ void FrameBuilder::raster(RasterStep step) {
     const PipelineLayout& layout = step.pipeline->layout();
     const VkExtent3D extent = step.color[0]->extent();
     std::vector<VkClearValue> clear(step.clear.size());
-    for (std::size_t i = 0; i < clear.size(); ++i) std::copy(step.clear[i].begin(), step.clear[i].end(), clear[i].color.float32);
+    for (std::size_t i = 0; i < clear.size(); ++i)
+      std::copy(step.clear[i].begin(), step.clear[i].end(), clear[i].color.float32);
     VkRenderPassBeginInfo begin{VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO};
     begin.renderPass = step.pipeline->render_pass();
     begin.framebuffer = executor.framebuffer(*step.pipeline, step.color);
@@ -138,41 +155,48 @@ void FrameBuilder::raster(RasterStep step) {
     vkCmdSetViewport(commands, 0, 1, &viewport);
     vkCmdSetScissor(commands, 0, 1, &begin.renderArea);
     push_constants(commands, layout, step.push, step.name);
-    if (step.indirect.buffer) vkCmdDrawIndirect(commands, step.indirect.buffer->vk(), step.indirect.offset, 1, 16);
-    else vkCmdDraw(commands, step.vertex_count, 1, 0, 0);
+    if (step.indirect.buffer)
+      vkCmdDrawIndirect(commands, step.indirect.buffer->vk(), step.indirect.offset, 1, 16);
+    else
+      vkCmdDraw(commands, step.vertex_count, 1, 0, 0);
     vkCmdEndRenderPass(commands);
     executor.end_fragment_count(commands);
   });
 }
 
 void FrameBuilder::fill(std::string name, const Buffer& buffer, std::uint32_t value) {
-  add(std::move(name), {{&buffer, Access::transfer_write}},
-      [&buffer, value](VkCommandBuffer commands, FrameExecutor&) { vkCmdFillBuffer(commands, buffer.vk(), 0, VK_WHOLE_SIZE, value); });
+  add(std::move(name), {{&buffer, Access::transfer_write}}, [&buffer, value](VkCommandBuffer commands, FrameExecutor&) {
+    vkCmdFillBuffer(commands, buffer.vk(), 0, VK_WHOLE_SIZE, value);
+  });
 }
 
 void FrameBuilder::update(std::string name, const Buffer& buffer, std::vector<std::byte> data) {
-  NEPHELE_CHECK(data.size() <= 65536 && data.size() % 4 == 0 && data.size() <= buffer.bytes(), name, ": ", data.size(), " bytes");
-  add(std::move(name), {{&buffer, Access::transfer_write}}, [&buffer, data = std::move(data)](VkCommandBuffer commands, FrameExecutor&) {
-    vkCmdUpdateBuffer(commands, buffer.vk(), 0, data.size(), data.data());
-  });
+  NEPHELE_CHECK(data.size() <= 65536 && data.size() % 4 == 0 && data.size() <= buffer.bytes(), name, ": ", data.size(),
+                " bytes");
+  add(std::move(name), {{&buffer, Access::transfer_write}},
+      [&buffer, data = std::move(data)](VkCommandBuffer commands, FrameExecutor&) {
+        vkCmdUpdateBuffer(commands, buffer.vk(), 0, data.size(), data.data());
+      });
 }
 
 void FrameBuilder::read_back(std::string name, const Image& image, const Buffer& to) {
   NEPHELE_CHECK(to.bytes() >= image.tight_bytes(), name);
-  add(std::move(name), {{&image, Access::transfer_read}, {&to, Access::transfer_write}}, [&image, &to](VkCommandBuffer commands, FrameExecutor&) {
-    VkBufferImageCopy copy{};
-    copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-    copy.imageExtent = image.extent();
-    vkCmdCopyImageToBuffer(commands, image.vk(), VK_IMAGE_LAYOUT_GENERAL, to.vk(), 1, &copy);
-  });
+  add(std::move(name), {{&image, Access::transfer_read}, {&to, Access::transfer_write}},
+      [&image, &to](VkCommandBuffer commands, FrameExecutor&) {
+        VkBufferImageCopy copy{};
+        copy.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+        copy.imageExtent = image.extent();
+        vkCmdCopyImageToBuffer(commands, image.vk(), VK_IMAGE_LAYOUT_GENERAL, to.vk(), 1, &copy);
+      });
 }
 
 void FrameBuilder::read_back(std::string name, const Buffer& buffer, const Buffer& to, VkDeviceSize bytes) {
   NEPHELE_CHECK(bytes <= buffer.bytes() && bytes <= to.bytes(), name);
-  add(std::move(name), {{&buffer, Access::transfer_read}, {&to, Access::transfer_write}}, [&buffer, &to, bytes](VkCommandBuffer commands, FrameExecutor&) {
-    const VkBufferCopy copy{0, 0, bytes};
-    vkCmdCopyBuffer(commands, buffer.vk(), to.vk(), 1, &copy);
-  });
+  add(std::move(name), {{&buffer, Access::transfer_read}, {&to, Access::transfer_write}},
+      [&buffer, &to, bytes](VkCommandBuffer commands, FrameExecutor&) {
+        const VkBufferCopy copy{0, 0, bytes};
+        vkCmdCopyBuffer(commands, buffer.vk(), to.vk(), 1, &copy);
+      });
 }
 
 std::vector<PlannedBarrier> FrameBuilder::plan() const { return plan_barriers(declarations_, resources_.size()); }
@@ -192,9 +216,9 @@ FrameExecutor::FrameExecutor(Device& device) : device_(device) {
   NEPHELE_VK(vkCreateFence(device.vk(), &fence, nullptr, &fence_));
 
   std::vector<VkDescriptorPoolSize> sizes;
-  for (VkDescriptorType type : {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE,
-                                VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT,
-                                VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER})
+  for (VkDescriptorType type : {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                                VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER})
     sizes.push_back({type, kMaxDescriptors});
   VkDescriptorPoolCreateInfo descriptors{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
   descriptors.maxSets = kMaxSets;
@@ -249,7 +273,8 @@ void FrameExecutor::record(const FrameBuilder& frame, VkCommandBuffer commands) 
     frame.steps_[i].record(commands, *this);
     step_names_.push_back(frame.declarations_[i].name);
   }
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, static_cast<std::uint32_t>(frame.steps_.size()));
+  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
+                       static_cast<std::uint32_t>(frame.steps_.size()));
   memory_barrier(commands, kFrameEnd);
 }
 
@@ -272,11 +297,13 @@ void FrameExecutor::run(const FrameBuilder& frame) {
 std::vector<PassTime> FrameExecutor::pass_times() {
   if (step_names_.empty()) return {};
   std::vector<std::uint64_t> stamps(step_names_.size() + 1);
-  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), queries_, 0, static_cast<std::uint32_t>(stamps.size()), stamps.size() * sizeof(stamps[0]),
-                                   stamps.data(), sizeof(stamps[0]), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), queries_, 0, static_cast<std::uint32_t>(stamps.size()),
+                                   stamps.size() * sizeof(stamps[0]), stamps.data(), sizeof(stamps[0]),
+                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   std::vector<PassTime> times;
   for (std::size_t i = 0; i < step_names_.size(); ++i) {
-    auto row = std::find_if(times.begin(), times.end(), [&](const PassTime& time) { return time.name == step_names_[i]; });
+    auto row =
+        std::find_if(times.begin(), times.end(), [&](const PassTime& time) { return time.name == step_names_[i]; });
     if (row == times.end()) row = times.insert(times.end(), {step_names_[i], 0.0});
     row->gpu_ms += static_cast<double>(stamps[i + 1] - stamps[i]) * device_.info().timestamp_period_ns * 1e-6;
   }
@@ -296,8 +323,9 @@ void FrameExecutor::end_fragment_count(VkCommandBuffer commands) {
 std::uint64_t FrameExecutor::fragments_shaded() {
   if (!fragment_queries_ || raster_steps_ == 0) return 0;
   std::vector<std::uint64_t> counts(raster_steps_);
-  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), fragment_queries_, 0, raster_steps_, counts.size() * sizeof(counts[0]), counts.data(),
-                                   sizeof(counts[0]), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), fragment_queries_, 0, raster_steps_, counts.size() * sizeof(counts[0]),
+                                   counts.data(), sizeof(counts[0]),
+                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   std::uint64_t sum = 0;
   for (const std::uint64_t count : counts) sum += count;
   return sum;
@@ -319,7 +347,8 @@ VkDescriptorSet FrameExecutor::allocate_set(const PipelineLayout& layout, const 
   for (std::size_t i = 0; i < bindings.size(); ++i) {
     const Binding& binding = bindings[i];
     const auto& reflected = layout.reflection().bindings;
-    const auto at = std::find_if(reflected.begin(), reflected.end(), [&](const auto& r) { return r.binding == binding.binding; });
+    const auto at =
+        std::find_if(reflected.begin(), reflected.end(), [&](const auto& r) { return r.binding == binding.binding; });
     VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
     write.dstSet = set;
     write.dstBinding = binding.binding;
@@ -328,8 +357,8 @@ VkDescriptorSet FrameExecutor::allocate_set(const PipelineLayout& layout, const 
     if (is_image(binding.resource)) {
       const VkSampler samplers[] = {device_.linear_clamp(), device_.linear_repeat(), device_.nearest_clamp()};
       const bool sampled = at->type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-      images[i] = {sampled ? samplers[static_cast<int>(binding.sampler)] : VK_NULL_HANDLE, std::get<const Image*>(binding.resource)->view(),
-                   VK_IMAGE_LAYOUT_GENERAL};
+      images[i] = {sampled ? samplers[static_cast<int>(binding.sampler)] : VK_NULL_HANDLE,
+                   std::get<const Image*>(binding.resource)->view(), VK_IMAGE_LAYOUT_GENERAL};
       write.pImageInfo = &images[i];
     } else if (at->type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER) {
       const VkFormat format = binding.access == Access::words ? VK_FORMAT_R32_UINT : VK_FORMAT_R32G32B32A32_UINT;

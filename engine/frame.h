@@ -65,11 +65,11 @@ struct ComputeStep {
 struct RasterStep {
   std::string name;
   const RasterPipeline* pipeline = nullptr;
-  std::vector<Binding> bindings;              // input attachments of an ordered pipeline are bound here as color_ordered
+  std::vector<Binding> bindings;  // input attachments of an ordered pipeline are bound here as color_ordered
   PushConstants push;
-  std::vector<const Image*> color;            // attachments, in order
-  std::vector<std::array<float, 4>> clear;    // clear values, one per attachment
-  std::uint32_t vertex_count = 0;             // ignored when indirect
+  std::vector<const Image*> color;          // attachments, in order
+  std::vector<std::array<float, 4>> clear;  // clear values, one per attachment
+  std::uint32_t vertex_count = 0;           // ignored when indirect
   Indirect indirect;
 };
 

@@ -37,9 +37,7 @@ double percentile(std::vector<double> values, double share) {
 }
 
 // 0 / 0 is no error at all.
-double over(double error, double size) {
-  return error == 0.0 ? 0.0 : error / size;
-}
+double over(double error, double size) { return error == 0.0 ? 0.0 : error / size; }
 
 }  // namespace
 

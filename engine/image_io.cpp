@@ -91,7 +91,9 @@ Result<void> write_png(const std::string& path, std::uint32_t width, std::uint32
 Result<ImageBytes> read_png(const std::string& path, std::uint32_t max_side_px) {
   const Result<std::string> file = read_text_file(path);
   if (!file) return file.error();
-  const auto unreadable_png = [&](const std::string& reason) { return Error{path + ": can't be read as a PNG image: " + reason}; };
+  const auto unreadable_png = [&](const std::string& reason) {
+    return Error{path + ": can't be read as a PNG image: " + reason};
+  };
   const auto* bytes = reinterpret_cast<const stbi_uc*>(file->data());
   const int length = static_cast<int>(std::min<std::size_t>(file->size(), std::numeric_limits<int>::max()));
   int width = 0, height = 0, channels = 0;
@@ -102,7 +104,8 @@ Result<ImageBytes> read_png(const std::string& path, std::uint32_t max_side_px) 
   const int kept = channels < 3 ? 1 : 3;
   stbi_uc* pixels = stbi_load_from_memory(bytes, length, &width, &height, &channels, kept);
   if (!pixels) return unreadable_png(stbi_failure_reason());
-  ImageBytes image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(kept), {}};
+  ImageBytes image{
+      static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(kept), {}};
   image.data.assign(pixels, pixels + std::size_t{image.width} * image.height * image.channels);
   stbi_image_free(pixels);
   return image;

@@ -103,9 +103,7 @@ Result<json> parse_json(std::string_view text, const std::string& file) {
   }
 }
 
-JsonObject JsonReader::root(const json& document) {
-  return JsonObject(*this, document, "");
-}
+JsonObject JsonReader::root(const json& document) { return JsonObject(*this, document, ""); }
 
 void JsonReader::fail(const std::string& message) {
   if (!error_) error_ = Error{one_line(file_ + ": " + message)};
@@ -116,9 +114,7 @@ JsonObject::JsonObject(JsonReader& reader, const json& value, std::string path)
   if (!value_.is_object()) complain(value_, path_.empty() ? "the document" : path_, "an object");
 }
 
-bool JsonObject::has(const char* key) const {
-  return value_.is_object() && value_.contains(key);
-}
+bool JsonObject::has(const char* key) const { return value_.is_object() && value_.contains(key); }
 
 void JsonObject::require(const char* key) {
   if (value_.is_object() && !has(key)) reader_.fail(path_of(key) + " is missing");

@@ -20,10 +20,12 @@ VkShaderModule make_module(Device& device, const ShaderCode& code) {
 struct Specialisation {
   explicit Specialisation(std::span<const SpecConstant> constants) {
     for (const SpecConstant& constant : constants) {
-      entries.push_back({constant.id, static_cast<std::uint32_t>(values.size() * sizeof(std::uint32_t)), sizeof(std::uint32_t)});
+      entries.push_back(
+          {constant.id, static_cast<std::uint32_t>(values.size() * sizeof(std::uint32_t)), sizeof(std::uint32_t)});
       values.push_back(constant.value);
     }
-    info = {static_cast<std::uint32_t>(entries.size()), entries.data(), values.size() * sizeof(std::uint32_t), values.data()};
+    info = {static_cast<std::uint32_t>(entries.size()), entries.data(), values.size() * sizeof(std::uint32_t),
+            values.data()};
   }
   std::vector<VkSpecializationMapEntry> entries;
   std::vector<std::uint32_t> values;
@@ -32,7 +34,8 @@ struct Specialisation {
 
 void merge(Reflection& into, const Reflection& from, const std::string& name) {
   for (const ReflectedBinding& binding : from.bindings) {
-    const auto at = std::find_if(into.bindings.begin(), into.bindings.end(), [&](const auto& b) { return b.binding == binding.binding; });
+    const auto at = std::find_if(into.bindings.begin(), into.bindings.end(),
+                                 [&](const auto& b) { return b.binding == binding.binding; });
     if (at == into.bindings.end()) {
       into.bindings.push_back(binding);
       continue;
@@ -80,7 +83,8 @@ VkRenderPass make_render_pass(Device& device, const RasterDesc& desc) {
 
 VkPipelineColorBlendAttachmentState blend_state(Blend blend) {
   VkPipelineColorBlendAttachmentState state{};
-  state.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
+  state.colorWriteMask =
+      VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
   state.blendEnable = blend != Blend::none;
   state.srcColorBlendFactor = VK_BLEND_FACTOR_ONE;
   state.dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA;
@@ -92,12 +96,15 @@ VkPipelineColorBlendAttachmentState blend_state(Blend blend) {
 
 }  // namespace
 
-PipelineLayout::PipelineLayout(Device& device, std::string name, std::span<const ShaderCode* const> stages, VkShaderStageFlags stage_flags)
+PipelineLayout::PipelineLayout(Device& device, std::string name, std::span<const ShaderCode* const> stages,
+                               VkShaderStageFlags stage_flags)
     : device_(&device), name_(std::move(name)), stage_flags_(stage_flags) {
   for (const ShaderCode* code : stages) merge(reflection_, reflect(*code), name_);
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   for (const ReflectedBinding& binding : reflection_.bindings) {
-    const VkShaderStageFlags visible = binding.type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT ? VkShaderStageFlags{VK_SHADER_STAGE_FRAGMENT_BIT} : stage_flags;
+    const VkShaderStageFlags visible = binding.type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT
+                                           ? VkShaderStageFlags{VK_SHADER_STAGE_FRAGMENT_BIT}
+                                           : stage_flags;
     bindings.push_back({binding.binding, binding.type, 1, visible, nullptr});
   }
   VkDescriptorSetLayoutCreateInfo set{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
@@ -129,7 +136,8 @@ void PipelineLayout::swap(PipelineLayout& other) noexcept {
   std::swap(layout_, other.layout_);
 }
 
-ComputeKernel::ComputeKernel(Device& device, const ShaderCode& code, std::span<const SpecConstant> constants) : device_(&device) {
+ComputeKernel::ComputeKernel(Device& device, const ShaderCode& code, std::span<const SpecConstant> constants)
+    : device_(&device) {
   const ShaderCode* stages[] = {&code};
   layout_ = PipelineLayout(device, code.name, stages, VK_SHADER_STAGE_COMPUTE_BIT);
   const Specialisation specialisation(constants);
@@ -160,9 +168,11 @@ RasterPipeline::RasterPipeline(Device& device, const RasterDesc& desc) : device_
   const std::size_t count = desc.color_formats.size();
   NEPHELE_CHECK(count >= 1 && count <= 4, desc.fragment->name, ": ", count, " attachments");
   NEPHELE_CHECK(desc.ordered || desc.blends.size() == count, desc.fragment->name);
-  NEPHELE_CHECK(!desc.ordered || device.info().ordered_attachment_access, desc.fragment->name, " needs rasterization-order access");
+  NEPHELE_CHECK(!desc.ordered || device.info().ordered_attachment_access, desc.fragment->name,
+                " needs rasterization-order access");
   const ShaderCode* codes[] = {desc.vertex, desc.fragment};
-  layout_ = PipelineLayout(device, desc.fragment->name, codes, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT);
+  layout_ =
+      PipelineLayout(device, desc.fragment->name, codes, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT);
   render_pass_ = make_render_pass(device, desc);
 
   const Specialisation specialisation(desc.constants);

@@ -25,7 +25,7 @@ struct ReflectedMember {
 };
 
 struct Reflection {
-  std::vector<ReflectedBinding> bindings;   // set 0 only, ordered by binding
+  std::vector<ReflectedBinding> bindings;  // set 0 only, ordered by binding
   std::uint32_t push_constant_bytes = 0;
   std::uint32_t local_size[3] = {1, 1, 1};
 };
@@ -44,7 +44,8 @@ struct SpecConstant {
 class PipelineLayout {
  public:
   PipelineLayout() = default;
-  PipelineLayout(Device& device, std::string name, std::span<const ShaderCode* const> stages, VkShaderStageFlags stage_flags);
+  PipelineLayout(Device& device, std::string name, std::span<const ShaderCode* const> stages,
+                 VkShaderStageFlags stage_flags);
   PipelineLayout(PipelineLayout&& other) noexcept { swap(other); }
   PipelineLayout& operator=(PipelineLayout&& other) noexcept {
     swap(other);

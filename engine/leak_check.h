@@ -6,13 +6,9 @@
 #if defined(__SANITIZE_ADDRESS__)
 extern "C" {
 // Replaces the C library's: the Vulkan loader unloads drivers before leaks are looked for.
-int dlclose(void*) {
-  return 0;
-}
+int dlclose(void*) { return 0; }
 
-const char* __lsan_default_options() {
-  return "print_suppressions=0";
-}
+const char* __lsan_default_options() { return "print_suppressions=0"; }
 
 const char* __lsan_default_suppressions() {
   return "leak:libvulkan_\n"

@@ -25,7 +25,8 @@ class Module {
   Module& operator=(const Module&) = delete;
 
   void check(spvc_result result) const {
-    NEPHELE_CHECK(result == SPVC_SUCCESS, name_, ": ", context_ ? spvc_context_get_last_error_string(context_) : "no context");
+    NEPHELE_CHECK(result == SPVC_SUCCESS, name_, ": ",
+                  context_ ? spvc_context_get_last_error_string(context_) : "no context");
   }
   std::span<const spvc_reflected_resource> list(spvc_resource_type type) const {
     const spvc_reflected_resource* first = nullptr;
@@ -56,7 +57,9 @@ Reflection reflect(const ShaderCode& code) {
   Reflection reflection;
   const auto add = [&](spvc_resource_type type, VkDescriptorType descriptor) {
     for (const spvc_reflected_resource& resource : module.list(type)) {
-      const auto decoration = [&](SpvDecoration which) { return spvc_compiler_get_decoration(module.compiler, resource.id, which); };
+      const auto decoration = [&](SpvDecoration which) {
+        return spvc_compiler_get_decoration(module.compiler, resource.id, which);
+      };
       NEPHELE_CHECK(decoration(SpvDecorationDescriptorSet) == 0, code.name, ": ", resource.name, " is not in set 0");
       ReflectedBinding binding{decoration(SpvDecorationBinding), descriptor, true, false, resource.name};
       if (type == SPVC_RESOURCE_TYPE_STORAGE_BUFFER) {
@@ -73,17 +76,21 @@ Reflection reflect(const ShaderCode& code) {
   add(SPVC_RESOURCE_TYPE_STORAGE_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
   add(SPVC_RESOURCE_TYPE_STORAGE_IMAGE, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
   add(SPVC_RESOURCE_TYPE_SAMPLED_IMAGE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
-  add(SPVC_RESOURCE_TYPE_SEPARATE_IMAGE, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);  // no shader has images without samplers
+  add(SPVC_RESOURCE_TYPE_SEPARATE_IMAGE,
+      VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);  // no shader has images without samplers
   add(SPVC_RESOURCE_TYPE_SUBPASS_INPUT, VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT);
-  std::sort(reflection.bindings.begin(), reflection.bindings.end(), [](const auto& a, const auto& b) { return a.binding < b.binding; });
+  std::sort(reflection.bindings.begin(), reflection.bindings.end(),
+            [](const auto& a, const auto& b) { return a.binding < b.binding; });
 
   for (const spvc_reflected_resource& push : module.list(SPVC_RESOURCE_TYPE_PUSH_CONSTANT)) {
     std::size_t bytes = 0;
-    module.check(spvc_compiler_get_declared_struct_size(module.compiler, spvc_compiler_get_type_handle(module.compiler, push.base_type_id), &bytes));
+    module.check(spvc_compiler_get_declared_struct_size(
+        module.compiler, spvc_compiler_get_type_handle(module.compiler, push.base_type_id), &bytes));
     reflection.push_constant_bytes = static_cast<std::uint32_t>(bytes);
   }
   for (unsigned axis = 0; axis < 3; ++axis)
-    reflection.local_size[axis] = std::max(1u, spvc_compiler_get_execution_mode_argument_by_index(module.compiler, SpvExecutionModeLocalSize, axis));
+    reflection.local_size[axis] = std::max(
+        1u, spvc_compiler_get_execution_mode_argument_by_index(module.compiler, SpvExecutionModeLocalSize, axis));
   return reflection;
 }
 
@@ -111,7 +118,8 @@ std::vector<ReflectedMember> reflect_struct(const ShaderCode& code, const std::s
       if (self(self, spvc_type_get_member_type(type, i))) return true;
     return false;
   };
-  for (const spvc_resource_type kind : {SPVC_RESOURCE_TYPE_UNIFORM_BUFFER, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, SPVC_RESOURCE_TYPE_PUSH_CONSTANT})
+  for (const spvc_resource_type kind :
+       {SPVC_RESOURCE_TYPE_UNIFORM_BUFFER, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, SPVC_RESOURCE_TYPE_PUSH_CONSTANT})
     for (const spvc_reflected_resource& resource : module.list(kind))
       if (search(search, resource.base_type_id)) return members;
   return members;

@@ -37,18 +37,24 @@ VkBufferImageCopy whole_image(const Image& image) {
 
 std::uint32_t format_bytes(VkFormat format) {
   switch (format) {
-    case VK_FORMAT_R8_UNORM: return 1;
+    case VK_FORMAT_R8_UNORM:
+      return 1;
     case VK_FORMAT_R8G8_UNORM:
     case VK_FORMAT_R16_SFLOAT:
-    case VK_FORMAT_R16_UNORM: return 2;
+    case VK_FORMAT_R16_UNORM:
+      return 2;
     case VK_FORMAT_R8G8B8A8_UNORM:
     case VK_FORMAT_R16G16_SFLOAT:
     case VK_FORMAT_R32_SFLOAT:
-    case VK_FORMAT_R32_UINT: return 4;
+    case VK_FORMAT_R32_UINT:
+      return 4;
     case VK_FORMAT_R16G16B16A16_SFLOAT:
-    case VK_FORMAT_R32G32_SFLOAT: return 8;
-    case VK_FORMAT_R32G32B32A32_SFLOAT: return 16;
-    default: NEPHELE_CHECK(false, "format ", static_cast<int>(format), " has no size in the table");
+    case VK_FORMAT_R32G32_SFLOAT:
+      return 8;
+    case VK_FORMAT_R32G32B32A32_SFLOAT:
+      return 16;
+    default:
+      NEPHELE_CHECK(false, "format ", static_cast<int>(format), " has no size in the table");
   }
   return 0;
 }
@@ -61,8 +67,8 @@ Buffer::Buffer(Device& device, std::string name, VkDeviceSize bytes, Memory memo
   info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   VkMemoryPropertyFlags properties = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   if (memory == Memory::device)
-    info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
-                  VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+    info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
+                  VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   else
     properties = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT |
                  (memory == Memory::readback ? VK_MEMORY_PROPERTY_HOST_CACHED_BIT : 0);
@@ -101,11 +107,13 @@ void Buffer::swap(Buffer& other) noexcept {
 }
 
 VkBufferView Buffer::texel_view(VkFormat format) const {
-  NEPHELE_CHECK(format == VK_FORMAT_R32_UINT || format == VK_FORMAT_R32G32B32A32_UINT, name_, ": format ", static_cast<int>(format));
+  NEPHELE_CHECK(format == VK_FORMAT_R32_UINT || format == VK_FORMAT_R32G32B32A32_UINT, name_, ": format ",
+                static_cast<int>(format));
   VkBufferView& view = format == VK_FORMAT_R32_UINT ? words_ : texels_;
   if (view) return view;
   const VkDeviceSize texel_bytes = format == VK_FORMAT_R32_UINT ? 4 : 16;
-  NEPHELE_CHECK(bytes_ / texel_bytes <= device_->info().max_texel_buffer_elements, name_, ": ", bytes_, " bytes as texels");
+  NEPHELE_CHECK(bytes_ / texel_bytes <= device_->info().max_texel_buffer_elements, name_, ": ", bytes_,
+                " bytes as texels");
   VkBufferViewCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
   info.buffer = buffer_;
   info.format = format;
@@ -139,7 +147,8 @@ void Buffer::read(std::span<std::byte> data) const {
   std::memcpy(data.data(), staging.mapped(), data.size());
 }
 
-Image::Image(Device& device, std::string name, const ImageDesc& desc) : device_(&device), name_(std::move(name)), desc_(desc) {
+Image::Image(Device& device, std::string name, const ImageDesc& desc)
+    : device_(&device), name_(std::move(name)), desc_(desc) {
   const bool is_3d = desc.depth > 1 || desc.force_3d;
   VkFormatProperties properties{};
   vkGetPhysicalDeviceFormatProperties(device.physical(), desc.format, &properties);

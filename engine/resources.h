@@ -66,8 +66,8 @@ class Buffer {
 struct ImageDesc {
   VkFormat format = VK_FORMAT_R32G32B32A32_SFLOAT;
   std::uint32_t width = 1, height = 1, depth = 1;  // depth > 1 makes a 3D image
-  bool attachment = false;                          // also colour and input attachment
-  bool force_3d = false;                            // a 3D image even when depth is 1
+  bool attachment = false;                         // also colour and input attachment
+  bool force_3d = false;                           // a 3D image even when depth is 1
 };
 
 class Image {

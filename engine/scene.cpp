@@ -61,7 +61,8 @@ void read_clouds(JsonObject& json, CloudSettings& clouds, std::string& weather_f
   json.number("growth_period_s", clouds.growth_period_s, {0, 1e6});
   json.vector("wind_m_per_s", clouds.wind_m_per_s, {{-500, 500}});
   json.number("view_distance_m", clouds.view_distance_m, {1, 500000});
-  json.object("weather_map", [&](JsonObject& child) { read_weather_map(child, clouds.weather_map.emplace(), weather_file); });
+  json.object("weather_map",
+              [&](JsonObject& child) { read_weather_map(child, clouds.weather_map.emplace(), weather_file); });
 }
 
 void read_phase(JsonObject& json, PhaseSettings& phase) {
@@ -102,7 +103,8 @@ void read_scene(JsonObject& json, Scene& scene, std::string& weather_file) {
 
 }  // namespace
 
-Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors, const std::string& directory) {
+Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors,
+                          const std::string& directory) {
   const Result<nlohmann::json> document = parse_json(json_text, name_for_errors);
   if (!document) return document.error();
   JsonReader reader(name_for_errors);
@@ -113,7 +115,8 @@ Result<Scene> parse_scene(std::string_view json_text, const std::string& name_fo
   root.finish();
   if (reader.error()) return *reader.error();
   if (scene.clouds && scene.clouds->weather_map)
-    if (auto ok = load_texels(*scene.clouds->weather_map, (std::filesystem::path(directory) / weather_file).string()); !ok)
+    if (auto ok = load_texels(*scene.clouds->weather_map, (std::filesystem::path(directory) / weather_file).string());
+        !ok)
       return Error{concat(name_for_errors, ": clouds.weather_map.file: ", ok.error().message)};
   return scene;
 }
@@ -126,14 +129,17 @@ Result<Scene> load_scene(const std::string& path) {
 
 Result<void> check_weather_map(const WeatherMap& map) {
   if (map.width < 1 || map.height < 1 || map.width > kMaxWeatherMapSide || map.height > kMaxWeatherMapSide)
-    return Error{concat("weather map is ", map.width, " x ", map.height, " texels; accepted: 1 to ", kMaxWeatherMapSide, " a side")};
+    return Error{concat("weather map is ", map.width, " x ", map.height, " texels; accepted: 1 to ", kMaxWeatherMapSide,
+                        " a side")};
   if (map.texels.size() != std::size_t{map.width} * map.height)
     return Error{concat("weather map of ", map.width, " x ", map.height, " has ", map.texels.size(), " texels")};
   for (glm::length_t i = 0; i < 2; ++i) {
     if (!(map.extent_m[i] >= kMapExtentM.minimum && map.extent_m[i] <= kMapExtentM.maximum))
-      return Error{concat("weather map's extent_m[", i, "] is ", map.extent_m[i], "; accepted: ", kMapExtentM.minimum, " to ", kMapExtentM.maximum)};
+      return Error{concat("weather map's extent_m[", i, "] is ", map.extent_m[i], "; accepted: ", kMapExtentM.minimum,
+                          " to ", kMapExtentM.maximum)};
     if (!(std::abs(map.origin_m[i]) <= kHorizontalM.maximum))
-      return Error{concat("weather map's origin_m[", i, "] is ", map.origin_m[i], "; accepted: ", kHorizontalM.minimum, " to ", kHorizontalM.maximum)};
+      return Error{concat("weather map's origin_m[", i, "] is ", map.origin_m[i], "; accepted: ", kHorizontalM.minimum,
+                          " to ", kHorizontalM.maximum)};
   }
   return {};
 }

@@ -49,7 +49,8 @@ std::vector<std::size_t> pareto_front(std::span<const double> x, std::span<const
   NEPHELE_CHECK(x.size() == y.size());
   std::vector<std::size_t> order(x.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] != x[b] ? x[a] < x[b] : y[a] < y[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return x[a] != x[b] ? x[a] < x[b] : y[a] < y[b]; });
   std::vector<std::size_t> front;
   for (const std::size_t point : order)
     if (front.empty() || y[point] < y[front.back()]) front.push_back(point);

@@ -14,7 +14,8 @@ struct Percentiles {
 Percentiles percentiles(std::vector<double> values);
 
 // A median and how far it can be trusted: the narrowest pair of order statistics that holds the true median with at
-// least 95 % confidence, whatever the distribution. Fewer than six values cannot give that: the interval is their range.
+// least 95 % confidence, whatever the distribution. Fewer than six values cannot give that: the interval is their
+// range.
 struct MedianInterval {
   double median = 0, low = 0, high = 0;
 };

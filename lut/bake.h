@@ -33,11 +33,13 @@ class ReferenceParticle {
 constexpr int kFirstMatterChords = 5;  // averaged for one vertex
 
 // Values at the vertices of the optical depth table, [S][E], for which linear filtering between them errs least in the
-// mean square: plain values are too high wherever the function is convex, by 1/12 of the second difference along each axis
-// on average, so as much is taken off them. Across the edge of an octahedral map lies the vertex that it is glued to.
+// mean square: plain values are too high wherever the function is convex, by 1/12 of the second difference along each
+// axis on average, so as much is taken off them. Across the edge of an octahedral map lies the vertex that it is glued
+// to.
 std::vector<float> least_squares_vertices(const std::vector<float>& values, int n);
 
-// float16, [S][E.v][E.u][root of the mean, first], as shared/table_axes.h has them. progress(fraction) may be called from any thread.
+// float16, [S][E.v][E.u][root of the mean, first], as shared/table_axes.h has them. progress(fraction) may be called
+// from any thread.
 NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
                                   const std::function<void(double)>& progress);
 

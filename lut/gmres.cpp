@@ -11,9 +11,7 @@ namespace {
 
 constexpr int kBlock = 8192;  // elements a task sums: small enough for the cache, and the same whatever the cores
 
-int blocks(std::size_t n) {
-  return static_cast<int>((n + kBlock - 1) / kBlock);
-}
+int blocks(std::size_t n) { return static_cast<int>((n + kBlock - 1) / kBlock); }
 
 // Inner products of w with vectors[0 .. count).
 std::vector<double> inner_products(const std::vector<std::vector<float>>& vectors, int count,

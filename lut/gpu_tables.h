@@ -14,7 +14,7 @@ class GpuTables {
   GpuTables(Device& device, const Tables& tables);
 
   const TableParameters& parameters() const { return parameters_; }
-  const Image& optical_depth() const { return optical_depth_; }              // R16G16_SFLOAT
+  const Image& optical_depth() const { return optical_depth_; }  // R16G16_SFLOAT
   // The same as bytes (shaders/tables.glsl), which CPUs fetch faster; none on a GPU.
   const Buffer& packed_optical_depth() const { return packed_optical_depth_; }
   const Image& multiple_scattering() const { return multiple_scattering_; }  // R16G16B16A16_SFLOAT

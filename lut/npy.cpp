@@ -18,9 +18,7 @@ constexpr char kMagic[] = "\x93NUMPY\x01\x00";
 constexpr std::size_t kMagicBytes = 8;
 constexpr std::size_t kMaxElements = std::size_t{1} << 28;
 
-Error npy_error(const std::filesystem::path& path, const std::string& what) {
-  return {path.string() + ": " + what};
-}
+Error npy_error(const std::filesystem::path& path, const std::string& what) { return {path.string() + ": " + what}; }
 
 std::string npy_header(const NpyArray& array) {
   std::string shape;

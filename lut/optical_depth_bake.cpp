@@ -126,7 +126,8 @@ Eigen::MatrixXf coarse_interpolation(int n) {
   return matrix;
 }
 
-// Applies the matrix along the slowest axis, which becomes the fastest: four times are once along each axis of the table.
+// Applies the matrix along the slowest axis, which becomes the fastest: four times are once along each axis of the
+// table.
 std::vector<float> along_first_axis(const Eigen::MatrixXf& matrix, const std::vector<float>& values) {
   const Eigen::Index rest = static_cast<Eigen::Index>(values.size()) / matrix.cols();
   const Eigen::Map<const Eigen::MatrixXf> in(values.data(), rest, matrix.cols());  // column by column
@@ -177,7 +178,8 @@ NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
         first += near.first;
         last += near.last;
       }
-      const std::size_t there = static_cast<std::size_t>(s) * vertices + e, back = static_cast<std::size_t>(e) * vertices + s;
+      const std::size_t there = static_cast<std::size_t>(s) * vertices + e,
+                        back = static_cast<std::size_t>(e) * vertices + s;
       roots[there] = roots[back] = std::sqrt(center.mean);
       firsts[there] = first / kFirstMatterChords;
       firsts[back] = 1.0f - last / kFirstMatterChords;

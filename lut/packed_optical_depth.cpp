@@ -34,7 +34,8 @@ std::vector<std::uint32_t> pack_optical_depth(const Table& optical_depth) {
           }
   };
   pack(0, n, 0, [](std::uint32_t i) { return i; });
-  pack(shared::packed_words(n), shared::coarse_vertices(n), 1, [&](std::uint32_t i) { return shared::coarse_vertex(i, n); });
+  pack(shared::packed_words(n), shared::coarse_vertices(n), 1,
+       [&](std::uint32_t i) { return shared::coarse_vertex(i, n); });
   return words;
 }
 

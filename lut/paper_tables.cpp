@@ -146,13 +146,9 @@ Table describe(const char* name, NpyArray array, const json& parameters, const j
   return table;
 }
 
-json axis(const char* name, const char* meaning) {
-  return {{"name", name}, {"meaning", meaning}};
-}
+json axis(const char* name, const char* meaning) { return {{"name", name}, {"meaning", meaning}}; }
 
-PaperSize read_size(const json& parameters) {
-  return parameters.at("size").get<PaperSize>();
-}
+PaperSize read_size(const json& parameters) { return parameters.at("size").get<PaperSize>(); }
 
 }  // namespace
 
@@ -173,18 +169,18 @@ PaperTables bake_paper_tables(const PaperParameters& parameters, const ProgressC
     };
   };
   PaperTables tables{parameters, {}, {}, {}};
-  tables.optical_depth =
-      describe(kOpticalDepth, optical_depth_array(parameters, show(kOpticalDepth)), optical_depth_parameters(parameters),
-               {axis("view", "view_zenith * size[2] + view_azimuth, row-major; zenith 0 .. pi/2, azimuth 0 .. 2 pi"),
-                axis("entry_zenith", "0 .. pi"), axis("entry_azimuth", "0 .. 2 pi"),
-                axis("channel", "mean extinction / peak; fraction of the chord before first matter")});
-  const json axes{axis("density_view_zenith",
-                       "density * size[2] + view_zenith, row-major; optical radius 12.88 * 2^(-4 .. 3), zenith 0 .. pi/2"),
-                  axis("view_azimuth", "0 .. 2 pi"), axis("entry_zenith", "from the light's direction, 0 .. pi"),
-                  axis("channel", "radiance per unit irradiance; single scattering without its phase function")};
-  tables.single_scattering =
-      describe(kSingleScattering, single_scattering_array(parameters, show(kSingleScattering)),
-               scattering_parameters(parameters), axes);
+  tables.optical_depth = describe(
+      kOpticalDepth, optical_depth_array(parameters, show(kOpticalDepth)), optical_depth_parameters(parameters),
+      {axis("view", "view_zenith * size[2] + view_azimuth, row-major; zenith 0 .. pi/2, azimuth 0 .. 2 pi"),
+       axis("entry_zenith", "0 .. pi"), axis("entry_azimuth", "0 .. 2 pi"),
+       axis("channel", "mean extinction / peak; fraction of the chord before first matter")});
+  const json axes{
+      axis("density_view_zenith",
+           "density * size[2] + view_zenith, row-major; optical radius 12.88 * 2^(-4 .. 3), zenith 0 .. pi/2"),
+      axis("view_azimuth", "0 .. 2 pi"), axis("entry_zenith", "from the light's direction, 0 .. pi"),
+      axis("channel", "radiance per unit irradiance; single scattering without its phase function")};
+  tables.single_scattering = describe(kSingleScattering, single_scattering_array(parameters, show(kSingleScattering)),
+                                      scattering_parameters(parameters), axes);
   tables.multiple_scattering =
       describe(kMultipleScattering, multiple_scattering_array(parameters, show(kMultipleScattering)),
                scattering_parameters(parameters), axes);
@@ -235,9 +231,7 @@ Result<PaperTables> load_paper_tables(const std::filesystem::path& dir) {
   return tables;
 }
 
-shared::vec4 as_vector(const PaperSize& size) {
-  return vec4(size[0], size[1], size[2], size[3]);
-}
+shared::vec4 as_vector(const PaperSize& size) { return vec4(size[0], size[1], size[2], size[3]); }
 
 shared::vec2 fetch_paper(const FloatTexture& table, const vec4& axes, const vec4& size) {
   const auto at = shared::paper_coordinates(axes, size);

@@ -1,5 +1,5 @@
-// The 4D tables of [Yusov14] 4 and 5.1, to compare ours with: the published axes, sizes, precision, number of orders and
-// phase functions; right values at the vertices, which the published tables do not have everywhere.
+// The 4D tables of [Yusov14] 4 and 5.1, to compare ours with: the published axes, sizes, precision, number of orders
+// and phase functions; right values at the vertices, which the published tables do not have everywhere.
 //   paper_optical_depth        RG8, of the same noisy reference particle as our own table
 //   paper_single_scattering    R16F, without the phase function
 //   paper_multiple_scattering  R16F, orders 2 to 18

@@ -21,9 +21,7 @@ constexpr int kAzimuths = 12;
 
 using Slice = std::vector<Eigen::Vector4d>;  // [h][c]
 
-double axis_middle(const ScatteringBake& bake) {
-  return shared::density_axis_middle(static_cast<float>(bake.g));
-}
+double axis_middle(const ScatteringBake& bake) { return shared::density_axis_middle(static_cast<float>(bake.g)); }
 
 Slice solve_slice(const ScatteringBake& bake, double sigma) {
   const SphereSolution solution =

@@ -18,9 +18,7 @@ inline void cubic_weights(double x, double* w) {
 }
 
 // The polar node that stands for one beyond either end, where the direction comes down on the other side.
-inline int mirrored_node(int node, int last) {
-  return node < 0 ? -node : (node > last ? 2 * last - node : node);
-}
+inline int mirrored_node(int node, int last) { return node < 0 ? -node : (node > last ? 2 * last - node : node); }
 
 // Radii from the surface inwards, r(u) = 1 - sinh(kappa u) / sinh(kappa): the first interval is a small part of a mean
 // free path, because J varies like x log x under the surface.

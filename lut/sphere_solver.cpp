@@ -394,12 +394,8 @@ SphereSolution::SphereSolution(SphereSolution&&) noexcept = default;
 SphereSolution& SphereSolution::operator=(SphereSolution&&) noexcept = default;
 SphereSolution::~SphereSolution() = default;
 
-int SphereSolution::applications() const {
-  return state_->applications;
-}
-double SphereSolution::residual() const {
-  return state_->residual;
-}
+int SphereSolution::applications() const { return state_->applications; }
+double SphereSolution::residual() const { return state_->residual; }
 
 SphereGrid sphere_grid(double sigma, bool coarse) {
   if (coarse || sigma <= 5) return {14, 16, 16, 8, 6};

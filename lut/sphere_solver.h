@@ -30,7 +30,7 @@ SphereGrid sphere_grid(double sigma, bool coarse);
 struct SphereProblem {
   std::uint32_t phase_function = 0;
   double g = 0.85;
-  double sigma = 1;  // > 0
+  double sigma = 1;               // > 0
   std::optional<double> g_first;  // of the first scattering, where it is not g
 };
 

@@ -51,13 +51,9 @@ std::string cache_stem(const char* name, const json& parameters) {
   return std::string(name) + "-" + hex64(fnv1a(std::as_bytes(std::span(key))));
 }
 
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text));
-}
+std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-void warn_on_stderr(const std::string& line) {
-  std::fprintf(stderr, "nephele: %s\n", line.c_str());
-}
+void warn_on_stderr(const std::string& line) { std::fprintf(stderr, "nephele: %s\n", line.c_str()); }
 
 // Fails when the metadata was tampered with.
 std::optional<float> mean_fill_of(const Table& table) {
@@ -196,12 +192,11 @@ Table bake_optical_depth(const TableParameters& parameters, const ProgressCallba
       {{"name", "exit_u"}, {"meaning", "exit point, octahedral u"}, {"range", {0, 1}}},
       {{"name", "channel"}, {"meaning", "root of mean extinction / peak; fraction of the chord before first matter"}}};
   metadata["mean_fill"] = particle.mean_fill();
-  metadata["error"] = {{"transmittance_rms_at_peak_optical_radius_8",
-                        transmittance_error(FloatTexture(table), kErrorChords,
-                                            [&](const shared::vec3& entry, const shared::vec3& exit) {
-                                              return exact_mean_density(entry, exit, parameters.particle_seed);
-                                            })
-                            .rms}};
+  metadata["error"] = {
+      {"transmittance_rms_at_peak_optical_radius_8",
+       transmittance_error(FloatTexture(table), kErrorChords, [&](const shared::vec3& entry, const shared::vec3& exit) {
+         return exact_mean_density(entry, exit, parameters.particle_seed);
+       }).rms}};
   table.metadata = metadata.dump(2) + "\n";
   return table;
 }
@@ -245,9 +240,7 @@ Result<void> save_table(const std::filesystem::path& dir, const std::string& ste
   return write_file(dir / (stem + ".json"), bytes_of(table.metadata));
 }
 
-Result<void> save_metadata(const Table& table) {
-  return write_file(table.json_path, bytes_of(table.metadata));
-}
+Result<void> save_metadata(const Table& table) { return write_file(table.json_path, bytes_of(table.metadata)); }
 
 Result<Table> load_table(const std::filesystem::path& json_path) {
   Result<std::vector<std::byte>> text = read_file(json_path, std::size_t{1} << 20);

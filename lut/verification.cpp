@@ -288,7 +288,8 @@ void verify_tables(PaperTables& tables, const ProgressCallback& progress, double
   const Radiance single = [&](const SphereRay& ray, double sigma) {
     return exact_phase_per_sr(first.phase_function, ray.mu, first.g) * fetch(single_table, ray, sigma);
   };
-  add_verification(tables.single_scattering, {{"g", first.g}, {"single_scattering", verify_single(first, single, effort)}});
+  add_verification(tables.single_scattering,
+                   {{"g", first.g}, {"single_scattering", verify_single(first, single, effort)}});
   show(0.5);
 
   json verification{{"g", later.g}}, energy, orders;

@@ -8,7 +8,8 @@ namespace {
 using namespace shared;
 
 Image table(Device& device, const char* name, std::uint32_t width, std::uint32_t height, std::uint32_t depth = 1) {
-  return Image(device, name, {.format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = width, .height = height, .depth = depth});
+  return Image(device, name,
+               {.format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = width, .height = height, .depth = depth});
 }
 
 std::array<std::uint32_t, 3> groups(const Image& image, std::uint32_t local_x, std::uint32_t local_y) {
@@ -26,14 +27,17 @@ AtmospherePass::AtmospherePass(Device& device)
       aerial_(device, shaders::atmosphere_aerial_comp),
       tables_{.transmittance = table(device, "transmittance", kTransmittanceWidth, kTransmittanceHeight),
               .multi_scattering = table(device, "multi_scattering", kMultiScatteringWidth, kMultiScatteringHeight),
-              .sky_irradiance = table(device, "sky_irradiance", kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight),
+              .sky_irradiance =
+                  table(device, "sky_irradiance", kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight),
               .sky_smooth = table(device, "sky_smooth", kSkyViewWidth, kSkyViewHeight),
               .sky_aerosol = table(device, "sky_aerosol", kSkyViewWidth, kSkyViewHeight),
               .view_transmittance = table(device, "view_transmittance", 1, kSkyViewHeight),
               .aerial_light = table(device, "aerial_light", kAerialAzimuths, kAerialElevations, kAerialDistances),
-              .aerial_transmittance = table(device, "aerial_transmittance", kAerialAzimuths, kAerialElevations, kAerialDistances)} {}
+              .aerial_transmittance =
+                  table(device, "aerial_transmittance", kAerialAzimuths, kAerialElevations, kAerialDistances)} {}
 
-const AtmosphereTables& AtmospherePass::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer, const Params& params) {
+const AtmosphereTables& AtmospherePass::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
+                                            const Params& params) {
   if (albedo_ != params.ground_albedo) {
     add_lasting(frame, params.ground_albedo);
     sky_view_of_ = aerial_of_ = {};
@@ -76,11 +80,12 @@ void AtmospherePass::add_lasting(FrameBuilder& frame, const glm::vec3& ground_al
                    .kernel = &transmittance_,
                    .bindings = {{0, tables_.transmittance, Access::storage_write}},
                    .groups = groups(tables_.transmittance, 8, 8)});
-  frame.compute({.name = "multi_scattering",
-                 .kernel = &multi_scattering_,
-                 .bindings = {{0, tables_.transmittance, Access::sampled}, {1, tables_.multi_scattering, Access::storage_write}},
-                 .push = as_push(ground_albedo),
-                 .groups = groups(tables_.multi_scattering, 8, 4)});
+  frame.compute(
+      {.name = "multi_scattering",
+       .kernel = &multi_scattering_,
+       .bindings = {{0, tables_.transmittance, Access::sampled}, {1, tables_.multi_scattering, Access::storage_write}},
+       .push = as_push(ground_albedo),
+       .groups = groups(tables_.multi_scattering, 8, 4)});
   frame.compute({.name = "sky_irradiance",
                  .kernel = &sky_irradiance_,
                  .bindings = {{0, tables_.transmittance, Access::sampled},

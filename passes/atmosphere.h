@@ -14,15 +14,16 @@
 
 namespace nephele {
 
-// All RGBA32F, per unit of the sun's irradiance, read through shared/atmosphere_tables.h with a linear, clamped sampler.
+// All RGBA32F, per unit of the sun's irradiance, read through shared/atmosphere_tables.h with a linear, clamped
+// sampler.
 struct AtmosphereTables {
-  Image transmittance;         // to the top of the atmosphere: (way to the top, altitude)
-  Image multi_scattering;      // mean radiance scattered more than once: (sun's height, altitude)
-  Image sky_irradiance;        // and mean radiance: (sun's height, altitude: four blocks, kSkyIrradianceBlocks)
-  Image sky_smooth;            // whole rays from the camera: (azimuth from the sun, elevation above | below the horizon)
-  Image sky_aerosol;           // the same, aerosol's single scattering before its phase function
-  Image view_transmittance;    // of those rays: (1, elevation)
-  Image aerial_light;          // between camera and distance: (azimuth, elevation, distance)
+  Image transmittance;       // to the top of the atmosphere: (way to the top, altitude)
+  Image multi_scattering;    // mean radiance scattered more than once: (sun's height, altitude)
+  Image sky_irradiance;      // and mean radiance: (sun's height, altitude: four blocks, kSkyIrradianceBlocks)
+  Image sky_smooth;          // whole rays from the camera: (azimuth from the sun, elevation above | below the horizon)
+  Image sky_aerosol;         // the same, aerosol's single scattering before its phase function
+  Image view_transmittance;  // of those rays: (1, elevation)
+  Image aerial_light;        // between camera and distance: (azimuth, elevation, distance)
   Image aerial_transmittance;  // the same
 };
 
@@ -32,12 +33,14 @@ class AtmospherePass {
 
   struct Params {
     glm::vec3 ground_albedo{0.0f};
-    bool aerial_perspective = true;  // only what stands in the air (clouds, a host's scene) needs that table; the ground does not
+    bool aerial_perspective =
+        true;  // only what stands in the air (clouds, a host's scene) needs that table; the ground does not
   };
   // Appends those steps of a frame whose tables change: the lasting ones at the first call and when the albedo changes,
-  // the camera's when its altitude or the sun's height does. So every frame built must also be run, in order, or forget()
-  // called. buffer holds `constants` when the steps run.
-  const AtmosphereTables& add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer, const Params& params);
+  // the camera's when its altitude or the sun's height does. So every frame built must also be run, in order, or
+  // forget() called. buffer holds `constants` when the steps run.
+  const AtmosphereTables& add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
+                              const Params& params);
 
   // The next frame makes the camera's tables anew. The lasting ones hang on the ground alone.
   void forget() { sky_view_of_ = aerial_of_ = {}; }

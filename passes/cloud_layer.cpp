@@ -38,11 +38,16 @@ RasterDesc draw_desc(Backend backend) {
 
 const char* backend_name(Backend backend) {
   switch (backend) {
-    case Backend::automatic: return "auto";
-    case Backend::interlock: return "interlock";
-    case Backend::attachment: return "attachment";
-    case Backend::tiled: return "tiled";
-    case Backend::alpha: return "alpha";
+    case Backend::automatic:
+      return "auto";
+    case Backend::interlock:
+      return "interlock";
+    case Backend::attachment:
+      return "attachment";
+    case Backend::tiled:
+      return "tiled";
+    case Backend::alpha:
+      return "alpha";
   }
   return "?";
 }
@@ -54,7 +59,8 @@ bool backend_available(const DeviceInfo& device, Backend backend) {
 }
 
 BackendChoice automatic_backend(const DeviceInfo&) {
-  return {Backend::tiled, "stops behind opaque cloud; measured four times as fast as attachment at equal blend, on lavapipe"};
+  return {Backend::tiled,
+          "stops behind opaque cloud; measured four times as fast as attachment at equal blend, on lavapipe"};
 }
 
 Backend resolve_backend(const DeviceInfo& device, Backend wanted) {
@@ -70,13 +76,18 @@ CloudLayer::CloudLayer(Device& device, const GpuTables& tables, Size size, Backe
       prepare_(device, shaders::prepare_draw_comp),
       scene_distance_(device, shaders::scene_distance_comp),
       draw_particles_(device, "draw_particles", VkDeviceSize{visible_capacity} * sizeof(shared::DrawParticle)) {
-  detail_noise_ = Image(device, "detail_noise", {VK_FORMAT_R8_UNORM, kDetailNoiseTexels, kDetailNoiseTexels, kDetailNoiseTexels});
+  detail_noise_ =
+      Image(device, "detail_noise", {VK_FORMAT_R8_UNORM, kDetailNoiseTexels, kDetailNoiseTexels, kDetailNoiseTexels});
   const std::uint32_t width = (size.width + size.scale - 1) / size.scale;
   const std::uint32_t height = (size.height + size.scale - 1) / size.scale;
-  NEPHELE_CHECK(backend != Backend::automatic && (blend == BlendMode::volume || backend == Backend::tiled), backend_name(backend));
-  if (march_steps > 0) march_ = std::make_unique<RayMarch>(device, march_steps, width, height, visible_capacity);
-  else if (backend == Backend::tiled) tiled_ = std::make_unique<TiledBlend>(device, tables, blend, width, height, visible_capacity);
-  else draw_ = RasterPipeline(device, draw_desc(backend));
+  NEPHELE_CHECK(backend != Backend::automatic && (blend == BlendMode::volume || backend == Backend::tiled),
+                backend_name(backend));
+  if (march_steps > 0)
+    march_ = std::make_unique<RayMarch>(device, march_steps, width, height, visible_capacity);
+  else if (backend == Backend::tiled)
+    tiled_ = std::make_unique<TiledBlend>(device, tables, blend, width, height, visible_capacity);
+  else
+    draw_ = RasterPipeline(device, draw_desc(backend));
   const bool alpha = backend == Backend::alpha;  // the layer itself is the render target
   const auto make = [&](const char* name, VkFormat format, std::uint32_t w, std::uint32_t h, bool attachment) {
     return Image(device, name, {format, w, h, 1, attachment});
@@ -103,7 +114,9 @@ CloudLayer::CloudLayer(Device& device, const GpuTables& tables, Size size, Backe
 
 void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
   if (!noise_ready_) {
-    frame.compute({.name = "detail_noise", .kernel = &detail_noise_kernel_, .bindings = {{0, detail_noise_, Access::storage_write}},
+    frame.compute({.name = "detail_noise",
+                   .kernel = &detail_noise_kernel_,
+                   .bindings = {{0, detail_noise_, Access::storage_write}},
                    .groups = {kDetailNoiseTexels / 4, kDetailNoiseTexels / 4, kDetailNoiseTexels / 4}});
     noise_ready_ = true;
   }
@@ -126,9 +139,11 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {2, layer_scene_, Access::storage_write}},
                  .groups = groups_of_8(layer_scene_)});
   if (march_)
-    march_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, tables_, layer_scene_}, layer_color_, layer_depth_);
+    march_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, tables_, layer_scene_}, layer_color_,
+                layer_depth_);
   else if (tiled_)
-    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, detail_noise_, layer_scene_}, layer_color_, layer_depth_);
+    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, detail_noise_, layer_scene_},
+                layer_color_, layer_depth_);
   else
     add_draw(frame, inputs);
   if (blends_in_images())
@@ -163,7 +178,9 @@ void CloudLayer::add_draw(FrameBuilder& frame, const Inputs& inputs) {
   } else if (backend_ == Backend::interlock) {
     frame.compute({.name = "shade_blend",
                    .kernel = &clear_,
-                   .bindings = {{0, open_, Access::storage_write}, {1, extent_, Access::storage_write}, {2, committed_, Access::storage_write}},
+                   .bindings = {{0, open_, Access::storage_write},
+                                {1, extent_, Access::storage_write},
+                                {2, committed_, Access::storage_write}},
                    .groups = groups_of_8(open_)});
     for (std::uint32_t i = 0; i < 3; ++i) step.bindings.emplace_back(5 + i, *state[i], Access::storage_read_write);
     step.color = {&interlock_target_};

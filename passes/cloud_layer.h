@@ -37,8 +37,8 @@ class CloudLayer {
   // backend is not `automatic`; only `tiled` blends exactly.
   // march_steps > 0: rays are marched (ray_march.h) and no backend blends; the draw order is by nearest points then.
   // The tables must outlive it.
-  CloudLayer(Device& device, const GpuTables& tables, Size size, Backend backend, BlendMode blend, std::uint32_t visible_capacity,
-             std::uint32_t march_steps = 0);
+  CloudLayer(Device& device, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
+             std::uint32_t visible_capacity, std::uint32_t march_steps = 0);
 
   struct Inputs {
     const Buffer& frame_constants;
@@ -46,25 +46,28 @@ class CloudLayer {
     const Buffer& visible;
     const Buffer& draw_order;
     const Buffer& lights;
-    const Buffer& counters;        // FrameCounters: visible_groups and draw are filled
+    const Buffer& counters;  // FrameCounters: visible_groups and draw are filled
     const Image& sky_irradiance;
-    const Image& host_distance;    // metres along the ray, at the image's size; read if FrameConstants::host_scene
+    const Image& host_distance;  // metres along the ray, at the image's size; read if FrameConstants::host_scene
   };
   void add(FrameBuilder& frame, const Inputs& inputs);
 
-  // What add leaves: premultiplied radiance and transmittance; metres to the first matter, +inf without; to what stands behind.
+  // What add leaves: premultiplied radiance and transmittance; metres to the first matter, +inf without; to what stands
+  // behind.
   const Image& layer_color() const { return layer_color_; }
   const Image& layer_depth() const { return layer_depth_; }
   const Image& layer_scene() const { return layer_scene_; }
 
-  // The same at the image's resolution, once the frame is composed: premultiplied radiance and transmittance; metres to the first matter, +inf without.
-  // Null where it is not kept.
+  // The same at the image's resolution, once the frame is composed: premultiplied radiance and transmittance; metres to
+  // the first matter, +inf without. Null where it is not kept.
   const Image* color() const { return scale_ == 1 ? &layer_color_ : full_color_ ? &full_color_ : nullptr; }
   const Image* depth() const { return scale_ == 1 ? &layer_depth_ : full_depth_ ? &full_depth_ : nullptr; }
 
  private:
   void add_draw(FrameBuilder& frame, const Inputs& inputs);
-  bool blends_in_images() const { return !march_ && (backend_ == Backend::attachment || backend_ == Backend::interlock); }
+  bool blends_in_images() const {
+    return !march_ && (backend_ == Backend::attachment || backend_ == Backend::interlock);
+  }
 
   const GpuTables& tables_;
   Backend backend_;

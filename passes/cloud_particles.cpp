@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t kLocalSize = 64;
 constexpr double kBytesPerParticle = 160.0;  // the largest array with an element for every particle
 constexpr double kTexelsPerParticle = 10.0;  // the same as texels
-constexpr double kEvenOutM = 5000.0;        // over fewer metres than this the sky may be much fuller than its mean
+constexpr double kEvenOutM = 5000.0;         // over fewer metres than this the sky may be much fuller than its mean
 
 std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
 
@@ -28,10 +28,12 @@ std::vector<shared::ListedSource> listed_sources(std::span<const ListedParticle>
   sources.reserve(listed.size());
   for (const ListedParticle& p : listed) {
     const bool reference = p.shape == ParticleShape::reference;
-    const std::uint32_t flags = (reference ? 0u : shared::kParticleHomogeneous) | (p.radiance ? shared::kParticleEmissive : 0u) |
+    const std::uint32_t flags = (reference ? 0u : shared::kParticleHomogeneous) |
+                                (p.radiance ? shared::kParticleEmissive : 0u) |
                                 (reference && !p.radiance ? shared::kParticleDetail : 0u);
-    sources.push_back({shared::split_place(p.center_m), p.radius_m, static_cast<float>(p.yaw_rad), p.extinction_per_m * p.density,
-                       flags, p.radiance.value_or(glm::vec3(0.0f)), shared::hash_uint(static_cast<std::uint32_t>(sources.size()))});
+    sources.push_back({shared::split_place(p.center_m), p.radius_m, static_cast<float>(p.yaw_rad),
+                       p.extinction_per_m * p.density, flags, p.radiance.value_or(glm::vec3(0.0f)),
+                       shared::hash_uint(static_cast<std::uint32_t>(sources.size()))});
   }
   return sources;
 }
@@ -111,7 +113,8 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
   const double covered = std::min(1.0, 1.15 * constants.coverage + 0.1 + kEvenOutM / std::max(reach, 1.0));
   const double per_cell = 1.2 + 0.6 * (constants.layer_count - 1.0) + 2.1 * constants.crown_per_cell;
   const double wanted = constants.clouds_enabled ? 1.15 * cells * covered * per_cell + 256.0 : 0.0;
-  const double limit = std::min(static_cast<double>(device.max_storage_buffer_bytes) / kBytesPerParticle, device.max_texel_buffer_elements / kTexelsPerParticle);
+  const double limit = std::min(static_cast<double>(device.max_storage_buffer_bytes) / kBytesPerParticle,
+                                device.max_texel_buffer_elements / kTexelsPerParticle);
   return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, std::floor(limit)));
 }
 
@@ -151,7 +154,8 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
       places_(device, "visible_places", VkDeviceSize{capacity_ + 1} * sizeof(std::uint32_t)),
       visible_(device, "visible", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
       counters_(device, "counters", sizeof(FrameCounters)) {
-  NEPHELE_CHECK(constants.listed_particle_count == listed_count_, constants.listed_particle_count, " and ", listed_count_);
+  NEPHELE_CHECK(constants.listed_particle_count == listed_count_, constants.listed_particle_count, " and ",
+                listed_count_);
   NEPHELE_CHECK(constants.ring_count >= 1 && constants.ring_count <= shared::kMaxRings, constants.ring_count, " rings");
   weather_map_.write_vector(packed_texels(map));
   if (!listed.empty()) listed_.write_vector(listed_sources(listed));
@@ -159,7 +163,8 @@ CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, 
 
 CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
                                             const glm::dvec3& camera_world_m, const shared::WeatherPlacement& weather) {
-  NEPHELE_CHECK(weather.size == map_size_, weather.size.x, "x", weather.size.y, ", the map is ", map_size_.x, "x", map_size_.y);
+  NEPHELE_CHECK(weather.size == map_size_, weather.size.x, "x", weather.size.y, ", the map is ", map_size_.x, "x",
+                map_size_.y);
   FrameCounters start{};
   start.particle_demand = listed_count_;
   start.particle_count = std::min(listed_count_, capacity_);
@@ -177,12 +182,16 @@ CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameCons
 void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& push) {
   frame.compute({.name = "grid_cells",
                  .kernel = &features_kernel_,
-                 .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::storage_write}, {2, weather_map_, Access::storage_read}},
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, features_, Access::storage_write},
+                              {2, weather_map_, Access::storage_read}},
                  .push = push,
                  .groups = {groups_for(feature_count_), 1, 1}});
   frame.compute({.name = "grid_cells",
                  .kernel = &near_,
-                 .bindings = {{0, buffer, Access::uniform}, {1, features_, Access::texels}, {2, features_near_, Access::storage_write}},
+                 .bindings = {{0, buffer, Access::uniform},
+                              {1, features_, Access::texels},
+                              {2, features_near_, Access::storage_write}},
                  .push = push,
                  .groups = {groups_for(near_count_), 1, 1}});
   frame.fill("grid_cells", cell_counts_, 0);
@@ -212,7 +221,8 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
                 "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
   const PushConstants push = as_push(grid_push(constants, weather));
   const Found needed{what_cells_need(constants), weather};
-  if (!found_ || !same(found_->constants, needed.constants) || !same(found_->weather, needed.weather)) add_cells(frame, buffer, push);
+  if (!found_ || !same(found_->constants, needed.constants) || !same(found_->weather, needed.weather))
+    add_cells(frame, buffer, push);
   found_ = needed;
   frame.update("grid_cells", distance_counts_, std::vector<std::byte>(distance_counts_.bytes()));
   frame.compute({.name = "grid_cells",

@@ -3,8 +3,8 @@
 // reads -> writes: frame constants, light tiles -> RGBA32F image of (kLightTiles * texels_per_tile)^2: opacity, and
 // multiplied by it the warped w of the clouds' top, mean and bottom (shaders/light.glsl has the look-up). Half floats
 // would do for the opacity, but place clouds seen from 200 km up in steps of 500 m.
-// cost: every texel that a look-up from the camera's view can reach walks its tile's list until the light is gone; the others
-// keep what they had.
+// cost: every texel that a look-up from the camera's view can reach walks its tile's list until the light is gone; the
+// others keep what they had.
 #pragma once
 
 #include "passes/light_tiles.h"

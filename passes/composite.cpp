@@ -25,14 +25,16 @@ using Layer = CompositePass::Layer;
 
 const ShaderCode& composite_code(bool air, bool shadow, Layer layer) {
   switch (layer) {
-    case Layer::none: return air ? shaders::composite_comp_sky : shaders::composite_comp_vacuum;
+    case Layer::none:
+      return air ? shaders::composite_comp_sky : shaders::composite_comp_vacuum;
     case Layer::full:
       if (air) return shadow ? shaders::composite_comp_sky_clouds_shadow : shaders::composite_comp_sky_clouds;
       return shadow ? shaders::composite_comp_vacuum_clouds_shadow : shaders::composite_comp_vacuum_clouds;
     case Layer::upscaled:
       if (air) return shadow ? shaders::composite_comp_sky_upscale_shadow : shaders::composite_comp_sky_upscale;
       return shadow ? shaders::composite_comp_vacuum_upscale_shadow : shaders::composite_comp_vacuum_upscale;
-    case Layer::upscaled_and_kept: break;
+    case Layer::upscaled_and_kept:
+      break;
   }
   if (air) return shadow ? shaders::composite_comp_sky_keep_shadow : shaders::composite_comp_sky_keep;
   return shadow ? shaders::composite_comp_vacuum_keep_shadow : shaders::composite_comp_vacuum_keep;
@@ -46,8 +48,10 @@ const CompositePass::Kernels& CompositePass::kernels(bool air, bool shadow, Laye
   const bool clouds = layer != Layer::none;
   Kernels& kernels = kernels_[(air ? 8u : 0u) + (shadow ? 4u : 0u) + static_cast<std::size_t>(layer)];
   if (kernels.tiles) return kernels;
-  kernels.tiles = ComputeKernel(device_, clouds ? shaders::composite_tiles_comp_clouds : shaders::composite_tiles_comp_clear);
-  if (air) kernels.sun = ComputeKernel(device_, clouds ? shaders::sun_at_lens_comp_clouds : shaders::sun_at_lens_comp_clear);
+  kernels.tiles =
+      ComputeKernel(device_, clouds ? shaders::composite_tiles_comp_clouds : shaders::composite_tiles_comp_clear);
+  if (air)
+    kernels.sun = ComputeKernel(device_, clouds ? shaders::sun_at_lens_comp_clouds : shaders::sun_at_lens_comp_clear);
   for (std::uint32_t kind = 0; kind < kKinds; ++kind) {
     const SpecConstant constants[] = {{0, kind}};
     kernels.kinds[kind] = ComputeKernel(device_, composite_code(air, shadow, layer), constants);
@@ -62,8 +66,13 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
   const bool shadow = clouds && inputs.cloud_shadow != nullptr;
   const bool keep = inputs.full_color != nullptr, upscale = inputs.layer_scene != nullptr;
   NEPHELE_CHECK(clouds == (inputs.layer_depth != nullptr), "a cloud layer is colour and depth");
-  NEPHELE_CHECK(keep == (inputs.full_depth != nullptr) && (!keep || upscale) && (!upscale || clouds), "a full-size layer is colour and depth, upscaled");
-  const Kernels& with = kernels(air, shadow, !clouds ? Layer::none : !upscale ? Layer::full : keep ? Layer::upscaled_and_kept : Layer::upscaled);
+  NEPHELE_CHECK(keep == (inputs.full_depth != nullptr) && (!keep || upscale) && (!upscale || clouds),
+                "a full-size layer is colour and depth, upscaled");
+  const Kernels& with = kernels(air, shadow,
+                                !clouds    ? Layer::none
+                                : !upscale ? Layer::full
+                                : keep     ? Layer::upscaled_and_kept
+                                           : Layer::upscaled);
 
   const VkExtent3D size = display.extent();
   CompositeGrid grid{(size.width + kTilePx - 1) / kTilePx, (size.height + kTilePx - 1) / kTilePx, 1};
@@ -76,11 +85,12 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
   for (glm::uvec3& groups : none.groups) groups = {grid.groups_across, 0, 1};
   const auto head = std::as_bytes(std::span(&none, 1));
   frame.update("composite", tiles_, {head.begin(), head.end()});
-  ComputeStep sort{.name = "composite",
-                   .kernel = &with.tiles,
-                   .bindings = {{0, *inputs.frame_constants, Access::uniform}, {19, tiles_, Access::storage_read_write}},
-                   .push = as_push(grid),
-                   .groups = {(tiles + 63) / 64, 1, 1}};
+  ComputeStep sort{
+      .name = "composite",
+      .kernel = &with.tiles,
+      .bindings = {{0, *inputs.frame_constants, Access::uniform}, {19, tiles_, Access::storage_read_write}},
+      .push = as_push(grid),
+      .groups = {(tiles + 63) / 64, 1, 1}};
   if (clouds) sort.bindings.emplace_back(9, *inputs.layer_depth, Access::sampled, Sampler::nearest_clamp);
   frame.compute(std::move(sort));
   if (air) {
@@ -113,7 +123,9 @@ void CompositePass::add(FrameBuilder& frame, const CompositeInputs& inputs, cons
                                      {9, *inputs.layer_depth, Access::sampled, Sampler::nearest_clamp}});
   }
   if (upscale) bindings.push_back({18, *inputs.layer_scene, Access::sampled, Sampler::nearest_clamp});
-  if (keep) bindings.insert(bindings.end(), {{16, *inputs.full_color, Access::storage_write}, {17, *inputs.full_depth, Access::storage_write}});
+  if (keep)
+    bindings.insert(bindings.end(),
+                    {{16, *inputs.full_color, Access::storage_write}, {17, *inputs.full_depth, Access::storage_write}});
   if (shadow) bindings.push_back({12, *inputs.cloud_shadow, Access::sampled});
   if (shadow && air) {
     const Image& haze = haze_shadow_.add(frame, *inputs.frame_constants, air->transmittance, *inputs.cloud_shadow);

@@ -15,8 +15,8 @@ namespace {
 using shared::FrameConstants;
 using shared::FrameCounters;
 
-constexpr std::uint32_t kTilePairsPerParticle = 8;    // of capacity; fair weather needs some five
-constexpr std::uint32_t kMinTilePairs = 1u << 16;     // a few listed particles may each cover every tile
+constexpr std::uint32_t kTilePairsPerParticle = 8;  // of capacity; fair weather needs some five
+constexpr std::uint32_t kMinTilePairs = 1u << 16;   // a few listed particles may each cover every tile
 constexpr std::uint32_t kShadowTexelsPerTile = 2;
 
 // Below this the sun lights no cloud: the horizon dips by 4.5 degrees at 20 km.
@@ -29,15 +29,18 @@ bool by_nearest_point(const RenderSettings& settings) {
 }  // namespace
 
 struct FramePasses::Clouds {
-  Clouds(Device& device, const Tables& tables_in, const Scene& scene, const RenderSettings& settings, const FrameConstants& constants)
-      : particles(device, constants, scene.particles, 0, scene.clouds && scene.clouds->weather_map ? &*scene.clouds->weather_map : nullptr),
+  Clouds(Device& device, const Tables& tables_in, const Scene& scene, const RenderSettings& settings,
+         const FrameConstants& constants)
+      : particles(device, constants, scene.particles, 0,
+                  scene.clouds && scene.clouds->weather_map ? &*scene.clouds->weather_map : nullptr),
         tables(device, tables_in),
-        light_tiles(device, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
+        light_tiles(device, particles.capacity(),
+                    std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
         occlusion(device, particles.capacity()),
         sort(device, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
         shadow(device, kShadowTexelsPerTile),
-        layer(device, tables, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend, settings.blend, particles.capacity(),
-              settings.method == Method::raymarch ? settings.march_steps : 0),
+        layer(device, tables, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend,
+              settings.blend, particles.capacity(), settings.method == Method::raymarch ? settings.march_steps : 0),
         counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}
 
   CloudParticles particles;
@@ -65,15 +68,17 @@ FramePasses::FramePasses(Device& device, const Tables& tables, const Scene& scen
 
 FramePasses::~FramePasses() = default;
 
-void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host,
-                      const shared::WeatherPlacement& weather) {
+void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m,
+                      const HostScene& host, const shared::WeatherPlacement& weather) {
   frame.update("frame_constants", constants_, as_push(constants));
   CompositeInputs composite{.frame_constants = &constants_,
                             .host_distance = host.distance_m ? host.distance_m : &no_host_,
                             .host_radiance = host.radiance ? host.radiance : &no_host_};
   if (constants.atmosphere_enabled)
-    composite.atmosphere = &atmosphere_.add(frame, constants, constants_, {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
-                                                                .aerial_perspective = clouds_ != nullptr || constants.host_scene});
+    composite.atmosphere =
+        &atmosphere_.add(frame, constants, constants_,
+                         {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
+                          .aerial_perspective = clouds_ != nullptr || constants.host_scene});
   if (clouds_) add_clouds(frame, constants, camera_world_m, weather, composite);
   composite_.add(frame, composite, camera_world_m, hdr_, display_);
 }
@@ -85,7 +90,8 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   const CloudParticles::Outputs particles = c.particles.add(frame, constants, constants_, camera_world_m, weather);
   c.all_particles = &particles.particles;
   const LightTileLists tiles = c.light_tiles.add(frame, constants_, particles.particles, particles.counters);
-  const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters, tiles, transmittance);
+  const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters,
+                                         tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
   c.layer.add(frame, {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
                       atmosphere_.tables().sky_irradiance, *composite.host_distance});

@@ -22,8 +22,8 @@ class FramePasses {
 
   // Appends all steps that this frame's scene needs and no earlier frame has done alike: every frame built must also be
   // run, in order. host: empty unless constants.host_scene; weather: of the scene's map.
-  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m, const HostScene& host,
-           const shared::WeatherPlacement& weather);
+  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m,
+           const HostScene& host, const shared::WeatherPlacement& weather);
 
   // The next frame does all its work but the atmosphere's lasting tables, whatever an earlier one left.
   void forget();

@@ -10,7 +10,8 @@ static_assert(kHazeShadowDepth == kHazeShadowSteps / kHazeShadowStepsPerSlice + 
 
 HazeShadow::HazeShadow(Device& device)
     : kernel_(device, shaders::haze_shadow_comp),
-      volume_(device, "haze_shadow", {VK_FORMAT_R32G32B32A32_SFLOAT, kHazeShadowWidth, kHazeShadowHeight, kHazeShadowDepth}) {}
+      volume_(device, "haze_shadow",
+              {VK_FORMAT_R32G32B32A32_SFLOAT, kHazeShadowWidth, kHazeShadowHeight, kHazeShadowDepth}) {}
 
 const Image& HazeShadow::add(FrameBuilder& frame, const Buffer& frame_constants, const Image& transmittance,
                              const Image& cloud_shadow) {

@@ -13,7 +13,8 @@ class HazeShadow {
   explicit HazeShadow(Device& device);
 
   // RGBA32F volume, read through shared/haze_shadow.h; cloud_shadow as passes/cloud_shadow.h makes it.
-  const Image& add(FrameBuilder& frame, const Buffer& frame_constants, const Image& transmittance, const Image& cloud_shadow);
+  const Image& add(FrameBuilder& frame, const Buffer& frame_constants, const Image& transmittance,
+                   const Image& cloud_shadow);
 
  private:
   ComputeKernel kernel_;

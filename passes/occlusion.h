@@ -2,7 +2,8 @@
 //
 // reads -> writes: frame constants, particles, visible list, counters, light tiles, sun transmittance -> lights
 // cost: six walks or so through the lists of the tiles that a particle's sample points lie in, from the sun down to the
-// point, and kColumnReachM beyond its centre; lists of some hundred particles near the camera. Emissive and unlit particles walk none.
+// point, and kColumnReachM beyond its centre; lists of some hundred particles near the camera. Emissive and unlit
+// particles walk none.
 #pragma once
 
 #include "passes/light_tiles.h"

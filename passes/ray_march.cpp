@@ -1,6 +1,5 @@
 #include "passes/ray_march.h"
 
-
 namespace nephele {
 namespace {
 
@@ -13,7 +12,8 @@ ComputeKernel march_kernel(Device& device, std::uint32_t steps) {
 
 }  // namespace
 
-RayMarch::RayMarch(Device& device, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height, std::uint32_t visible_capacity)
+RayMarch::RayMarch(Device& device, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
+                   std::uint32_t visible_capacity)
     : density_kernel_(device, shaders::march_density_comp),
       march_(march_kernel(device, steps)),
       reconstruct_(device, shaders::march_reconstruct_comp),

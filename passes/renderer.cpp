@@ -18,8 +18,8 @@ namespace {
 
 using shared::FrameConstants;
 
-constexpr double kInnerCellM = 184.0;                    // of the published sample
-constexpr float kSunAngularRadiusRad = 0.004654f;        // 0.267 degrees
+constexpr double kInnerCellM = 184.0;              // of the published sample
+constexpr float kSunAngularRadiusRad = 0.004654f;  // 0.267 degrees
 
 struct Preset {
   std::uint32_t ring_size_cells, layer_count;
@@ -29,9 +29,12 @@ struct Preset {
 // [Yusov14] Table 1. Its 2, 4 and 6 layers stand on a base particle here, so that caps can close over flat bases.
 Preset preset(Quality quality) {
   switch (quality) {
-    case Quality::low: return {104, 3, 1.2f};
-    case Quality::medium: return {136, 5, 2.5f};
-    case Quality::high: return {184, 7, 2.5f};
+    case Quality::low:
+      return {104, 3, 1.2f};
+    case Quality::medium:
+      return {136, 5, 2.5f};
+    case Quality::high:
+      return {184, 7, 2.5f};
   }
   return {};
 }
@@ -40,7 +43,9 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-glm::dvec3 from_origin(const Scene& scene, const glm::dvec3& world_m) { return world_m - glm::dvec3(scene.world_origin_m, 0.0); }
+glm::dvec3 from_origin(const Scene& scene, const glm::dvec3& world_m) {
+  return world_m - glm::dvec3(scene.world_origin_m, 0.0);
+}
 
 Scene counted_from_origin(Scene scene) {
   for (ListedParticle& particle : scene.particles) particle.center_m = from_origin(scene, particle.center_m);
@@ -69,7 +74,8 @@ shared::WeatherPlacement weather_placement(const Scene& scene, const glm::dvec3&
   const glm::dvec3 cloud_m = shared::cloud_from_world(from_origin(scene, camera_m), scene.clouds->wind_m_per_s, time_s);
   const glm::dvec2 grid_origin_m = glm::round(glm::dvec2(cloud_m) / unit_m) * unit_m;  // as grid_place has it
   const glm::dvec2 drift_m = scene.clouds->wind_m_per_s * time_s;
-  return shared::weather_placement({map.width, map.height}, map.origin_m - scene.world_origin_m, map.extent_m, grid_origin_m + drift_m);
+  return shared::weather_placement({map.width, map.height}, map.origin_m - scene.world_origin_m, map.extent_m,
+                                   grid_origin_m + drift_m);
 }
 
 // What does not change from frame to frame.
@@ -88,7 +94,8 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.scale = settings.scale;
   c.culling_enabled = settings.culling;
   c.phase_g = scene.phase.g;
-  c.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
+  c.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks
+                                                                            : shared::kPhaseHenyeyGreenstein;
   c.listed_particle_count = static_cast<std::uint32_t>(scene.particles.size());
   const CloudSettings none{.coverage = 0.0f};
   const CloudSettings& clouds = scene.clouds ? *scene.clouds : none;
@@ -99,7 +106,8 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.thickness_m = clouds.thickness_m;
   c.extinction_per_m = clouds.extinction_per_m;
   c.view_distance_m = clouds.view_distance_m;
-  c.ring_size_cells = settings.ring_size_cells > 0 ? settings.ring_size_cells : preset(settings.quality).ring_size_cells;
+  c.ring_size_cells =
+      settings.ring_size_cells > 0 ? settings.ring_size_cells : preset(settings.quality).ring_size_cells;
   c.layer_count = settings.layer_count > 0 ? settings.layer_count : preset(settings.quality).layer_count;
   c.crown_per_cell = preset(settings.quality).crown_per_cell;
   c.inner_cell_m = shared::usable_inner_cell_m(kInnerCellM);
@@ -133,7 +141,8 @@ struct Renderer::Implementation {
     place_camera(camera, time_s);
     FrameBuilder frame(device);
     if (!settings.reuse) passes.forget();
-    const Inputs inputs{constants, camera.position_m, weather_placement(scene, camera.position_m, time_s), host.distance_m != nullptr};
+    const Inputs inputs{constants, camera.position_m, weather_placement(scene, camera.position_m, time_s),
+                        host.distance_m != nullptr};
     if (!settings.reuse || !stands_for(inputs)) {
       passes.add(frame, constants, from_origin(scene, camera.position_m), host, inputs.weather);
       shown = inputs;
@@ -150,10 +159,12 @@ struct Renderer::Implementation {
   }
 
   void check_host(const HostScene& host) const {
-    NEPHELE_CHECK((host.radiance != nullptr) == (host.distance_m != nullptr), "a host's scene is radiance and distance");
+    NEPHELE_CHECK((host.radiance != nullptr) == (host.distance_m != nullptr),
+                  "a host's scene is radiance and distance");
     for (const Image* image : {host.radiance, host.distance_m})
-      NEPHELE_CHECK(!image || (image->desc().width == settings.width && image->desc().height == settings.height), image->name(), ": ",
-                    image->desc().width, "x", image->desc().height, ", the image is ", settings.width, "x", settings.height);
+      NEPHELE_CHECK(!image || (image->desc().width == settings.width && image->desc().height == settings.height),
+                    image->name(), ": ", image->desc().width, "x", image->desc().height, ", the image is ",
+                    settings.width, "x", settings.height);
   }
 
   void place_camera(const CameraState& camera, double time_s) {
@@ -161,7 +172,8 @@ struct Renderer::Implementation {
     constants.clip_from_render = matrices.clip_from_render;
     constants.render_from_clip = matrices.render_from_clip;
     const glm::dvec2 wind = scene.clouds ? scene.clouds->wind_m_per_s : glm::dvec2(0.0);
-    shared::place_camera(constants, shared::grid_place(shared::cloud_from_world(from_origin(scene, camera.position_m), wind, time_s)));
+    shared::place_camera(
+        constants, shared::grid_place(shared::cloud_from_world(from_origin(scene, camera.position_m), wind, time_s)));
     constants.growth_turns = growth_turns(scene, time_s);
   }
 
@@ -183,29 +195,37 @@ Renderer::~Renderer() = default;
 
 Result<void> Renderer::check(const Device& device, const RenderSettings& settings) {
   if (settings.width < 1 || settings.height < 1 || settings.width > kMaxImageSide || settings.height > kMaxImageSide)
-    return Error{concat("image size is ", settings.width, "x", settings.height, "; accepted: 1 to ", kMaxImageSide, " a side")};
+    return Error{
+        concat("image size is ", settings.width, "x", settings.height, "; accepted: 1 to ", kMaxImageSide, " a side")};
   if (settings.scale != 1 && settings.scale != 2 && settings.scale != 4)
     return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
   if (!backend_available(device.info(), settings.backend))
-    return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name, "; see nephele devices")};
-  if (settings.method == Method::particles && settings.blend == BlendMode::exact && resolve_backend(device.info(), settings.backend) != Backend::tiled)
-    return Error{concat("blend exact needs the backend tiled; the backend is ", backend_name(resolve_backend(device.info(), settings.backend)))};
+    return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name,
+                        "; see nephele devices")};
+  if (settings.method == Method::particles && settings.blend == BlendMode::exact &&
+      resolve_backend(device.info(), settings.backend) != Backend::tiled)
+    return Error{concat("blend exact needs the backend tiled; the backend is ",
+                        backend_name(resolve_backend(device.info(), settings.backend)))};
   if (settings.march_steps < kMinMarchSteps || settings.march_steps > kMaxMarchSteps)
-    return Error{concat("step count is ", settings.march_steps, "; accepted: ", kMinMarchSteps, " to ", kMaxMarchSteps)};
+    return Error{
+        concat("step count is ", settings.march_steps, "; accepted: ", kMinMarchSteps, " to ", kMaxMarchSteps)};
   const std::uint32_t ring = settings.ring_size_cells;
   if (ring != 0 && (ring < kMinRingSizeCells || ring > kMaxRingSizeCells || ring % 8 != 0))
-    return Error{concat("ring size is ", ring, " cells; accepted: a multiple of 8 from ", kMinRingSizeCells, " to ", kMaxRingSizeCells)};
+    return Error{concat("ring size is ", ring, " cells; accepted: a multiple of 8 from ", kMinRingSizeCells, " to ",
+                        kMaxRingSizeCells)};
   if (settings.layer_count > kMaxLayers)
     return Error{concat("layer count is ", settings.layer_count, "; accepted: 1 to ", kMaxLayers)};
   return {};
 }
 
-Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings) {
+Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables& tables, const Scene& scene,
+                                                   const RenderSettings& settings) {
   if (auto ok = check(device, settings); !ok) return ok.error();
   if (scene.clouds && scene.clouds->weather_map)
     if (auto ok = check_weather_map(*scene.clouds->weather_map); !ok) return ok.error();
   RenderSettings resolved = settings;
-  resolved.backend = settings.method == Method::raymarch ? Backend::tiled : resolve_backend(device.info(), settings.backend);
+  resolved.backend =
+      settings.method == Method::raymarch ? Backend::tiled : resolve_backend(device.info(), settings.backend);
   return std::unique_ptr<Renderer>(new Renderer(std::make_unique<Implementation>(device, tables, scene, resolved)));
 }
 
@@ -232,7 +252,8 @@ void Renderer::collect() {
   r.stats.passes = r.executor.pass_times();
   if (!r.stats.passes.empty()) r.stats.fragments_shaded = r.executor.fragments_shaded();
   r.stats.gpu_memory_bytes = r.device.allocated_bytes();
-  r.stats.backend = r.settings.method == Method::raymarch ? method_name(r.settings.method) : backend_name(r.settings.backend);
+  r.stats.backend =
+      r.settings.method == Method::raymarch ? method_name(r.settings.method) : backend_name(r.settings.backend);
   r.passes.count(r.stats);
 }
 

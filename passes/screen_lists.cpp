@@ -16,12 +16,16 @@ constexpr std::uint32_t kPairsPerParticle = 8;
 constexpr VkDeviceSize kMinPairs = 1u << 20;
 constexpr std::uint32_t kWordsPerPair = 2;  // the largest array with an element for every pair, as words
 
-std::uint32_t tiles_across(std::uint32_t pixels) { return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx; }
+std::uint32_t tiles_across(std::uint32_t pixels) {
+  return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx;
+}
 
-std::uint32_t room_for_pairs(const Device& device, VkDeviceSize tiles, VkDeviceSize particles, VkDeviceSize bytes_per_pair) {
+std::uint32_t room_for_pairs(const Device& device, VkDeviceSize tiles, VkDeviceSize particles,
+                             VkDeviceSize bytes_per_pair) {
   const VkDeviceSize wanted = std::max(kPairsPerTile * tiles + kPairsPerParticle * particles, kMinPairs);
-  return static_cast<std::uint32_t>(std::min({tiles * particles, wanted, device.info().max_storage_buffer_bytes / bytes_per_pair,
-                                                  VkDeviceSize{device.info().max_texel_buffer_elements / kWordsPerPair}}));
+  return static_cast<std::uint32_t>(
+      std::min({tiles * particles, wanted, device.info().max_storage_buffer_bytes / bytes_per_pair,
+                VkDeviceSize{device.info().max_texel_buffer_elements / kWordsPerPair}}));
 }
 
 ComputeKernel bounds_kernel(Device& device, ScreenLists::Extent extent) {
@@ -31,13 +35,14 @@ ComputeKernel bounds_kernel(Device& device, ScreenLists::Extent extent) {
 
 }  // namespace
 
-ScreenLists::ScreenLists(Device& device, const std::string& name, Extent extent, std::uint32_t layer_width, std::uint32_t layer_height,
-                         std::uint32_t visible_capacity, VkDeviceSize bytes_per_pair)
+ScreenLists::ScreenLists(Device& device, const std::string& name, Extent extent, std::uint32_t layer_width,
+                         std::uint32_t layer_height, std::uint32_t visible_capacity, VkDeviceSize bytes_per_pair)
     : name_(name),
       kernel_(bounds_kernel(device, extent)),
       columns_(tiles_across(layer_width)),
       rows_(tiles_across(layer_height)),
-      pairs_(device, name, visible_capacity, room_for_pairs(device, columns_ * rows_, visible_capacity, bytes_per_pair), columns_, rows_),
+      pairs_(device, name, visible_capacity, room_for_pairs(device, columns_ * rows_, visible_capacity, bytes_per_pair),
+             columns_, rows_),
       rectangles_(device, name + "_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
       near_m_(device, name + "_near", VkDeviceSize{visible_capacity} * sizeof(float)),
       order_(device, name + "_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
@@ -45,7 +50,8 @@ ScreenLists::ScreenLists(Device& device, const std::string& name, Extent extent,
   NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
 }
 
-TileLists ScreenLists::add(FrameBuilder& frame, const Buffer& frame_constants, const Buffer& draw_particles, const Buffer& counters) {
+TileLists ScreenLists::add(FrameBuilder& frame, const Buffer& frame_constants, const Buffer& draw_particles,
+                           const Buffer& counters) {
   frame.compute({.name = name_,
                  .kernel = &kernel_,
                  .bindings = {{0, frame_constants, Access::uniform},

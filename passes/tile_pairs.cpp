@@ -18,7 +18,9 @@ ComputeKernel emit_kernel(Device& device, std::uint32_t tile_columns, std::uint3
   return ComputeKernel(device, shaders::tile_emit_comp, constants);
 }
 
-std::uint32_t word(VkDeviceSize offset_bytes) { return static_cast<std::uint32_t>(offset_bytes / sizeof(std::uint32_t)); }
+std::uint32_t word(VkDeviceSize offset_bytes) {
+  return static_cast<std::uint32_t>(offset_bytes / sizeof(std::uint32_t));
+}
 
 }  // namespace
 
@@ -41,8 +43,8 @@ TilePairs::TilePairs(Device& device, const std::string& name, std::uint32_t item
 
 TileLists TilePairs::add(FrameBuilder& frame, const std::string& name, const Buffer& counters, const CounterOffsets& at,
                          const Buffer& order, const Buffer& rectangles) {
-  const PushConstants push = as_push(Push{word(at.item_count), word(at.pair_demand), word(at.pair_count), word(at.pair_groups),
-                                          item_capacity_, pair_capacity_, tile_columns_});
+  const PushConstants push = as_push(Push{word(at.item_count), word(at.pair_demand), word(at.pair_count),
+                                          word(at.pair_groups), item_capacity_, pair_capacity_, tile_columns_});
   frame.compute({.name = name,
                  .kernel = &count_,
                  .bindings = {{0, counters, Access::storage_read},
@@ -52,7 +54,8 @@ TileLists TilePairs::add(FrameBuilder& frame, const std::string& name, const Buf
                  .push = push,
                  .groups = {(item_capacity_ + 63) / 64, 1, 1}});
   scan_.add(frame, name, places_, item_capacity_, counters, at.pair_demand);
-  frame.compute({.name = name, .kernel = &args_, .bindings = {{0, counters, Access::storage_read_write}}, .push = push});
+  frame.compute(
+      {.name = name, .kernel = &args_, .bindings = {{0, counters, Access::storage_read_write}}, .push = push});
   frame.compute({.name = name,
                  .kernel = &emit_,
                  .bindings = {{0, counters, Access::storage_read},

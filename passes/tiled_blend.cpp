@@ -18,7 +18,8 @@ constexpr std::uint32_t kPlacesOnCpu = 2 * shared::kPagePlaces, kPlacesOnGpu = 1
 
 // listed: for the tiles of a list, not all with short lists.
 ComputeKernel shade_kernel(Device& device, const ShaderCode& code, bool listed) {
-  const SpecConstant constants[] = {{0, device.info().on_cpu() ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
+  const SpecConstant constants[] = {
+      {0, device.info().on_cpu() ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
   return ComputeKernel(device, code, constants);
 }
 
@@ -30,49 +31,60 @@ std::uint32_t short_list(const Device& device, BlendMode mode) {
 // On a CPU a column of pixels a thread, on a GPU a pixel.
 ComputeKernel shade_short_kernel(Device& device, const GpuTables& tables, BlendMode mode) {
   const bool volume = mode == BlendMode::volume;
-  if (!device.info().on_cpu()) return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
+  if (!device.info().on_cpu())
+    return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
   const SpecConstant constants[] = {{2, short_list(device, mode)}, {10, tables.optical_depth().desc().width}};
-  return ComputeKernel(device, volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
+  return ComputeKernel(device, volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact,
+                       constants);
 }
 
 ComputeKernel shade_long_kernel(Device& device, BlendMode mode) {
-  return shade_kernel(device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true);
+  return shade_kernel(
+      device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true);
 }
 
 ComputeKernel shade_page_kernel(Device& device, BlendMode mode) {
   const SpecConstant constants[] = {{1, true}};
-  return ComputeKernel(device, mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume, constants);
+  return ComputeKernel(
+      device, mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume, constants);
 }
 
 // What cloud_pages.comp keeps of a tile's pixels between two pages.
 VkDeviceSize paged_tile_bytes(BlendMode mode) {
-  const VkDeviceSize pixel_bytes = mode == BlendMode::exact ? 24 + shared::kExactSlots * sizeof(shared::BlendSegment) : 3 * sizeof(glm::vec4);
+  const VkDeviceSize pixel_bytes =
+      mode == BlendMode::exact ? 24 + shared::kExactSlots * sizeof(shared::BlendSegment) : 3 * sizeof(glm::vec4);
   return shared::kScreenTilePx * shared::kScreenTilePx * pixel_bytes;
 }
 
-VkDeviceSize bytes_per_pair(BlendMode mode) { return std::max<VkDeviceSize>(sizeof(glm::uvec2), paged_tile_bytes(mode) / shared::kPagePlaces + 1); }
+VkDeviceSize bytes_per_pair(BlendMode mode) {
+  return std::max<VkDeviceSize>(sizeof(glm::uvec2), paged_tile_bytes(mode) / shared::kPagePlaces + 1);
+}
 
 }  // namespace
 
 const char* blend_mode_name(BlendMode mode) { return mode == BlendMode::exact ? "exact" : "volume"; }
 
-TiledBlend::TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
-                       std::uint32_t visible_capacity)
+TiledBlend::TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
+                       std::uint32_t layer_height, std::uint32_t visible_capacity)
     : tables_(tables),
       masks_kernel_(device, shaders::screen_masks_comp),
       begins_kernel_(device, shaders::screen_begins_comp),
       shade_short_(shade_short_kernel(device, tables, mode)),
       shade_long_(shade_long_kernel(device, mode)),
-      lists_(device, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity, bytes_per_pair(mode)),
+      lists_(device, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity,
+             bytes_per_pair(mode)),
       short_list_(short_list(device, mode)),
-      pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces : 0),
+      pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces
+                                                    : 0),
       masks_(device, "screen_masks", VkDeviceSize{lists_.pair_capacity()} * sizeof(glm::uvec2)),
       begins_m_(device, "screen_begins", VkDeviceSize{lists_.pair_capacity()} * sizeof(float)),
-      long_tiles_(device, "screen_long_tiles", VkDeviceSize{3 + lists_.rows() + lists_.columns() * lists_.rows()} * sizeof(std::uint32_t)),
+      long_tiles_(device, "screen_long_tiles",
+                  VkDeviceSize{3 + lists_.rows() + lists_.columns() * lists_.rows()} * sizeof(std::uint32_t)),
       paged_tiles_(device, "screen_paged_tiles", long_tiles_.bytes()) {
   if (pages_ == 0) return;
   shade_page_ = shade_page_kernel(device, mode);
-  paged_pixels_ = Buffer(device, "screen_paged_pixels", (lists_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
+  paged_pixels_ =
+      Buffer(device, "screen_paged_pixels", (lists_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
 }
 
 void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth) {
@@ -102,22 +114,22 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                  .groups = {(lists_.columns() * lists_.rows() + 31) / 32, 1, 1}});
   const auto shade_step = [&](const ComputeKernel& kernel, const Buffer& tiles) -> ComputeStep {
     return ComputeStep{.name = "shade_blend",
-                     .kernel = &kernel,
-                     .bindings = {{0, inputs.frame_constants, Access::uniform},
-                                  {1, inputs.draw_particles, Access::texels},
-                                  {2, tables_.optical_depth(), Access::sampled},
-                                  {3, tables_.multiple_scattering(), Access::sampled},
-                                  {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
-                                  {5, lists.ranges, Access::storage_read},
-                                  {6, lists.list, Access::words},
-                                  {7, begins_m_, Access::words},
-                                  {8, inputs.counters, Access::storage_read_write},
-                                  {9, layer_color, Access::storage_write},
-                                  {10, layer_depth, Access::storage_write},
-                                  {11, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
-                                  {12, tiles, Access::storage_read},
-                                  {13, masks_, Access::words}},
-                     .indirect = {&tiles, 0}};
+                       .kernel = &kernel,
+                       .bindings = {{0, inputs.frame_constants, Access::uniform},
+                                    {1, inputs.draw_particles, Access::texels},
+                                    {2, tables_.optical_depth(), Access::sampled},
+                                    {3, tables_.multiple_scattering(), Access::sampled},
+                                    {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
+                                    {5, lists.ranges, Access::storage_read},
+                                    {6, lists.list, Access::words},
+                                    {7, begins_m_, Access::words},
+                                    {8, inputs.counters, Access::storage_read_write},
+                                    {9, layer_color, Access::storage_write},
+                                    {10, layer_depth, Access::storage_write},
+                                    {11, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
+                                    {12, tiles, Access::storage_read},
+                                    {13, masks_, Access::words}},
+                       .indirect = {&tiles, 0}};
   };
   ComputeStep every_tile = shade_step(shade_short_, long_tiles_);
   if (tables_.packed_optical_depth()) every_tile.bindings[2] = {2, tables_.packed_optical_depth(), Access::words};

@@ -1,10 +1,10 @@
-// The tiled backend: shading and blending of the visible particles in compute, a thread a pixel (on a CPU a column), over lists of the
-// particles that each tile of 8 x 8 pixels may show. Runs on every device.
+// The tiled backend: shading and blending of the visible particles in compute, a thread a pixel (on a CPU a column),
+// over lists of the particles that each tile of 8 x 8 pixels may show. Runs on every device.
 //
 // reads -> writes: draw particles (farthest first), tables, counters -> layer colour and depth; in counters
 //   screen_pair_*, pairs_shaded
-// cost: (pixel, particle) pairs up to where a pixel turns opaque; one sort of the (tile, particle) pairs. A tile without
-// particles costs one store a pixel.
+// cost: (pixel, particle) pairs up to where a pixel turns opaque; one sort of the (tile, particle) pairs. A tile
+// without particles costs one store a pixel.
 #pragma once
 
 #include "lut/gpu_tables.h"
@@ -23,8 +23,8 @@ const char* blend_mode_name(BlendMode mode);
 class TiledBlend {
  public:
   // The tables must outlive it.
-  TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width, std::uint32_t layer_height,
-             std::uint32_t visible_capacity);
+  TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
+             std::uint32_t layer_height, std::uint32_t visible_capacity);
 
   struct Inputs {
     const Buffer& frame_constants;

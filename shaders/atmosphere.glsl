@@ -9,7 +9,8 @@
 // Irradiance perpendicular to the sun's rays: after the air, before any cloud. sun_cos_zenith is the sun's at that
 // place (dot(local vertical, sun_direction)).
 vec3 sun_irradiance_at(sampler2D transmittance, FrameConstants frame, float altitude_m, float sun_cos_zenith) {
-  if (frame.atmosphere_enabled == 0u) return frame.sun_irradiance * sun_visibility(max(0.0, altitude_m), sun_cos_zenith);
+  if (frame.atmosphere_enabled == 0u)
+    return frame.sun_irradiance * sun_visibility(max(0.0, altitude_m), sun_cos_zenith);
   return frame.sun_irradiance * sun_transmittance(transmittance, altitude_m, sun_cos_zenith);
 }
 

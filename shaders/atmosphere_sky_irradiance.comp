@@ -13,5 +13,6 @@ layout(push_constant, scalar) uniform Push { vec3 ground_albedo; };
 void main() {
   uvec2 texel = gl_GlobalInvocationID.xy;
   if (texel.x >= kSkyIrradianceWidth || texel.y >= kSkyIrradianceBlocks * kSkyIrradianceHeight) return;
-  imageStore(table, ivec2(texel), vec4(sky_irradiance_texel(transmittance, multi_scattering, texel, ground_albedo), 1.0));
+  imageStore(table, ivec2(texel),
+             vec4(sky_irradiance_texel(transmittance, multi_scattering, texel, ground_albedo), 1.0));
 }

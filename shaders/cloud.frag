@@ -40,7 +40,8 @@ layout(location = 1) out float first_out;
 void main() {
   const vec3 direction = pixel_direction(gl_FragCoord.xy * float(frame.scale), frame.image_size_px);
   BlendSegment segment;
-  const bool visible = shade_particle(draw_particles[particle_index], direction, texelFetch(layer_scene, ivec2(gl_FragCoord.xy), 0).x, segment);
+  const bool visible = shade_particle(draw_particles[particle_index], direction,
+                                      texelFetch(layer_scene, ivec2(gl_FragCoord.xy), 0).x, segment);
 
 #if defined(BLEND_ATTACHMENT)
   if (!visible) discard;
@@ -51,7 +52,8 @@ void main() {
   const ivec2 at = ivec2(gl_FragCoord.xy);
   beginInvocationInterlockARB();
   if (visible) {
-    BlendState state = unpack_blend_state(imageLoad(open_image, at), imageLoad(extent_image, at), imageLoad(committed_image, at));
+    BlendState state =
+        unpack_blend_state(imageLoad(open_image, at), imageLoad(extent_image, at), imageLoad(committed_image, at));
     blend_add(state, segment);
     vec4 open_out, extent_out, committed_out;
     pack_blend_state(state, open_out, extent_out, committed_out);

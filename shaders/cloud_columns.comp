@@ -17,37 +17,45 @@ layout(local_size_x = 8) in;
 
 const uint kStack = kColumnPlaces;  // segments: those of one pixel always fit
 BlendSegment stack[kStack];
-// Segments that a pixel of the exact blend may go through, before it merges: two rounds each and those of events, times eight pixels, stay
-// below the driver's limit (driver_limit.glsl).
+// Segments that a pixel of the exact blend may go through, before it merges: two rounds each and those of events, times
+// eight pixels, stay below the driver's limit (driver_limit.glsl).
 const uint kColumnExactSegments = 2048u;
 
-// A thread's pixel in a row: a knight's move on from row to row, so that threads share a cloud's edge whichever way it runs.
+// A thread's pixel in a row: a knight's move on from row to row, so that threads share a cloud's edge whichever way it
+// runs.
 uint column_of(uint thread, uint row) { return (thread + 3u * row) % kScreenTilePx; }
 
-// The list's places whose particles may cover a pixel of this thread, row by row in words of 32 places: made once, so that the
-// next place is a bit of a word at hand.
-const uint kWordPlaces = 32u, kRowWords = kColumnPlaces / kWordPlaces;  // 8: Cursor has a bit for each word of eight rows
+// The list's places whose particles may cover a pixel of this thread, row by row in words of 32 places: made once, so
+// that the next place is a bit of a word at hand.
+const uint kWordPlaces = 32u,
+           kRowWords = kColumnPlaces / kWordPlaces;  // 8: Cursor has a bit for each word of eight rows
 uint covering[kScreenTilePx * kRowWords];
 
-// The next place to shade is the lowest of `bits`, which are what is left of a word; `left` has a bit for each word after
-// it that holds any, those of rows 0 to 3 in x. There is no loop in any step: on a CPU each round of the loop that shades pays for the
-// body of every loop in it.
+// The next place to shade is the lowest of `bits`, which are what is left of a word; `left` has a bit for each word
+// after it that holds any, those of rows 0 to 3 in x. There is no loop in any step: on a CPU each round of the loop
+// that shades pays for the body of every loop in it.
 struct Cursor {
   uint word, bits;
   uvec2 left;
 };
 
 uint row_of(Cursor cursor) { return cursor.word / kRowWords; }
-uint place_of(Cursor cursor, uvec2 range) { return range.x + cursor.word % kRowWords * kWordPlaces + uint(findLSB(cursor.bits)); }
+uint place_of(Cursor cursor, uvec2 range) {
+  return range.x + cursor.word % kRowWords * kWordPlaces + uint(findLSB(cursor.bits));
+}
 
-uvec2 words_from_row(uint row) { return uvec2(row < 4u ? ~0u << (row * kRowWords) : 0u, row < 4u ? ~0u : ~0u << ((row - 4u) * kRowWords)); }
+uvec2 words_from_row(uint row) {
+  return uvec2(row < 4u ? ~0u << (row * kRowWords) : 0u, row < 4u ? ~0u : ~0u << ((row - 4u) * kRowWords));
+}
 
 void next_word(inout Cursor cursor) {
   if (cursor.bits != 0u || cursor.left == uvec2(0u)) return;
   const bool upper = cursor.left.x != 0u;
   cursor.word = uint(findLSB(upper ? cursor.left.x : cursor.left.y)) + (upper ? 0u : 32u);
-  if (upper) cursor.left.x &= cursor.left.x - 1u;
-  else cursor.left.y &= cursor.left.y - 1u;
+  if (upper)
+    cursor.left.x &= cursor.left.x - 1u;
+  else
+    cursor.left.y &= cursor.left.y - 1u;
   cursor.bits = covering[cursor.word];
 }
 
@@ -165,7 +173,8 @@ void main() {
         }
       }
       next_word(cursor);
-      if (cursor.bits != 0u && row_of(cursor) == row && opaque_front_hides(front, float_at(begins_m, place_of(cursor, range))))
+      if (cursor.bits != 0u && row_of(cursor) == row &&
+          opaque_front_hides(front, float_at(begins_m, place_of(cursor, range))))
         next_row(cursor);
     }
     // Back: the stack's top is the last row's farthest segment.

@@ -59,12 +59,14 @@ uvec3 feature_place(FeatureWindow window, FeatureWindow near, ivec2 cell) {
   uint bits = kWholeNeighbourhood;
 #ifdef READS_NEAR
   const ivec2 at = cell - near.corner;
-  if (all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(near.side)))) bits = word_at(features_near, feature_slot(near, cell));
+  if (all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(near.side))))
+    bits = word_at(features_near, feature_slot(near, cell));
 #endif
   return uvec3(feature_slot(window, cell), window.side, bits);
 }
 #define NEPHELE_FEATURE_PLACE uvec3
 #define NEPHELE_FEATURE_PLACE_OF(lattice, cell) feature_place(windows[lattice], near_windows[lattice], cell)
 #define NEPHELE_FEATURES_NEAR(lattice, place) (place).z
-#define NEPHELE_CLOUD_FEATURE(params, lattice, place, i) feature_in((place).x + ((i) / 3u) * (place).y + (i) % 3u - (place).y - 1u)
+#define NEPHELE_CLOUD_FEATURE(params, lattice, place, i) \
+  feature_in((place).x + ((i) / 3u) * (place).y + (i) % 3u - (place).y - 1u)
 #endif

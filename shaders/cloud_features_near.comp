@@ -3,8 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/types.h"
 
-// For each cell of the features' lattices, where many places are looked at, the features around it that reach into it: the
-// cells of the grid ask for these alone.
+// For each cell of the features' lattices, where many places are looked at, the features around it that reach into it:
+// the cells of the grid ask for these alone.
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };

@@ -1,11 +1,12 @@
 // The ray marcher: a pixel's ray through the sum of the particles' own density, in steps. The baseline that users would
 // pick instead of particles shaded whole; light, phase function and sky are theirs, so what differs is the integration.
 //
-// After: Jimenez de Parga and Gomez Palomo, Efficient Algorithms for Real-Time GPU Volumetric Cloud Rendering with Enhanced
-// Geometry (2018): candidates of a tile sorted along the ray, no place traced twice, none in gaps; Kobak and Alda,
-// Modeling and Rendering of Convective Cumulus Clouds for Real-Time Graphics Purposes (2017), 6.3.3: jittered steps, early end
-// (march_reconstruct.comp takes their noise out). What the former keeps in a voxel grid, light traced once and not from each sample,
-// is kept by particle here: its depth towards the sun and how that varies inside it (occlusion.comp).
+// After: Jimenez de Parga and Gomez Palomo, Efficient Algorithms for Real-Time GPU Volumetric Cloud Rendering with
+// Enhanced Geometry (2018): candidates of a tile sorted along the ray, no place traced twice, none in gaps; Kobak and
+// Alda, Modeling and Rendering of Convective Cumulus Clouds for Real-Time Graphics Purposes (2017), 6.3.3: jittered
+// steps, early end (march_reconstruct.comp takes their noise out). What the former keeps in a voxel grid, light traced
+// once and not from each sample, is kept by particle here: its depth towards the sun and how that varies inside it
+// (occlusion.comp).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -28,9 +29,10 @@ layout(set = 0, binding = 5) uniform sampler3D density_lattice;
 layout(set = 0, binding = 6) uniform sampler3D multiple_table;
 layout(set = 0, binding = 7) uniform sampler2D layer_scene;  // metres to what stands behind
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
-layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D marched;        // premultiplied radiance, transmittance
-layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
-layout(set = 0, binding = 12, rgba16f) writeonly uniform image2D marched_noise;  // deviations of transmittance and luminance
+layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D marched;    // premultiplied radiance, transmittance
+layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;  // metres to the first matter, +inf
+layout(set = 0, binding = 12,
+       rgba16f) writeonly uniform image2D marched_noise;      // deviations of transmittance and luminance
 layout(set = 0, binding = 11) uniform usamplerBuffer pixels;  // that the particle may cover
 
 #include "camera_rays.glsl"
@@ -46,19 +48,19 @@ const float kThinAboveBaseM = 50.0;  // as in the particles' shading
 
 // A particle as one ray sees it.
 struct Candidate {
-  vec3 start, step;          // reference space: start + t * step
+  vec3 start, step;  // reference space: start + t * step
   float near_m, far_m;
   float extinction_per_m, base_m;
   float step_m;
   bool homogeneous;
-  vec3 to_sun;               // unit, reference space
-  float sun_radius_m;        // of the ellipsoid along the sun's rays
+  vec3 to_sun;                           // unit, reference space
+  float sun_radius_m;                    // of the ellipsoid along the sun's rays
   float tau_begin, tau_per_m, tau_mean;  // towards the sun through the others: linear along the ray
   float near_share, tau_rest;            // of that, in the cloud around; depth of the rest of that cloud
-  float outward;             // as in DrawParticle
-  float multiple_per_sr;     // light scattered more often inside, per irradiance
+  float outward;                         // as in DrawParticle
+  float multiple_per_sr;                 // light scattered more often inside, per irradiance
   vec3 sun_irradiance;
-  vec3 ambient;              // radiance of sky and ground in it, or its own
+  vec3 ambient;  // radiance of sky and ground in it, or its own
 };
 
 // As source_radiance in cloud_shade.glsl has it for whole chords.
@@ -85,7 +87,8 @@ void light_candidate(DrawParticle p, vec3 direction, vec3 closest, float half_ch
 
   const vec3 entry = normalize(closest - half_chord * c.step);
   const float h = min(half_chord * length(c.step), 1.0), sigma = p.optical_radius;
-  c.multiple_per_sr = fetch_multiple(multiple_table, dot(entry, p.light_direction), h, dot(p.light_direction, -normalize(c.step)), sigma, frame.phase_g) /
+  c.multiple_per_sr = fetch_multiple(multiple_table, dot(entry, p.light_direction), h,
+                                     dot(p.light_direction, -normalize(c.step)), sigma, frame.phase_g) /
                       max(opacity_of(2.0 * h * sigma), 1e-3);
 
   c.outward = p.outward;
@@ -117,8 +120,8 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
 
 // What a place of the ray adds up to.
 struct Sample {
-  float extinction_per_m, lit_per_m;          // of all, of those that the sun lights
-  float varying_per_m;                        // of those that are not homogeneous
+  float extinction_per_m, lit_per_m;                                    // of all, of those that the sun lights
+  float varying_per_m;                                                  // of those that are not homogeneous
   float tau, tau_near, tau_rest, tau_inside, outward, multiple_per_sr;  // weighted by lit extinction
   vec3 sun_irradiance, ambient;
   bool matter;
@@ -128,7 +131,8 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   if (at_m < c.near_m || at_m > c.far_m) return;
   const vec3 p = c.start + at_m * c.step;
   const float cells = float(textureSize(density_lattice, 0).x - 1);
-  float density = c.homogeneous ? 1.0 : textureLod(density_lattice, ((0.5 * p + 0.5) * cells + 0.5) / (cells + 1.0), 0.0).x;
+  float density =
+      c.homogeneous ? 1.0 : textureLod(density_lattice, ((0.5 * p + 0.5) * cells + 0.5) / (cells + 1.0), 0.0).x;
   if (c.base_m > -1e29) density *= smoothstep(0.0, kThinAboveBaseM, altitude - c.base_m);
   if (density <= 0.0) return;
   s.matter = s.matter || density > kFirstMatterDensity;
@@ -155,10 +159,12 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
 vec3 source_radiance(Sample s, float mu) {
   vec3 radiance = s.ambient / s.extinction_per_m;
   if (s.lit_per_m > 0.0) {
-    const float g = frame.phase_g, tau = s.tau / s.lit_per_m, tau_self = s.tau_inside / s.lit_per_m, tau_near = s.tau_near / s.lit_per_m;
+    const float g = frame.phase_g, tau = s.tau / s.lit_per_m, tau_self = s.tau_inside / s.lit_per_m,
+                tau_near = s.tau_near / s.lit_per_m;
     const float sun = phase_per_sr(frame.phase_function, mu, g) * exp(-tau - tau_self) +
                       kAgainShare * s.multiple_per_sr / s.lit_per_m * exp(-(1.0 - g) * tau) +
-                      light_from_around(mu, g, tau + tau_self, tau_near + tau_self, tau_near + s.tau_rest / s.lit_per_m, s.outward / s.lit_per_m);
+                      light_from_around(mu, g, tau + tau_self, tau_near + tau_self, tau_near + s.tau_rest / s.lit_per_m,
+                                        s.outward / s.lit_per_m);
     radiance += s.sun_irradiance / s.extinction_per_m * sun;
   }
   return radiance;
@@ -168,8 +174,8 @@ vec3 source_radiance(Sample s, float mu) {
 // neighbouring pixels have nine well spread values.
 float jitter_of(uvec2 pixel) { return fract(52.9829189 * fract(dot(vec2(pixel), vec2(0.06711056, 0.00583715)))); }
 
-// The first place from `at` on whose particle may cover the pixel, or may begin beyond until_m: cheap loads only, so that
-// the threads of a batch meet their candidates together.
+// The first place from `at` on whose particle may cover the pixel, or may begin beyond until_m: cheap loads only, so
+// that the threads of a batch meet their candidates together.
 uint next_place(uint at, uint end, float until_m, uvec2 pixel) {
   for (; at < end && float_at(near_m, word_at(list, at)) <= until_m; ++at) {
     const uvec2 covered = two_words_at(pixels, word_at(list, at)), low = rectangle_low(covered);
@@ -188,10 +194,11 @@ void main() {
   const float limit_m = texelFetch(layer_scene, ivec2(pixel), 0).x;
   const float mu = dot(frame.sun_direction, direction), jitter = jitter_of(pixel);
 
-  // A sample stands for its step, in which it lies anywhere: between two samples apart by d that is off by d / sqrt(12) or so.
-  // Homogeneous matter alone has no noise, for steps end at its borders.
+  // A sample stands for its step, in which it lies anywhere: between two samples apart by d that is off by d / sqrt(12)
+  // or so. Homogeneous matter alone has no noise, for steps end at its borders.
   const float kVariance = 1.0 / 12.0;
-  float before_per_m = 0.0, before_luminance = -1.0;  // of the sample before: varying extinction, source luminance; below 0: none
+  float before_per_m = 0.0,
+        before_luminance = -1.0;  // of the sample before: varying extinction, source luminance; below 0: none
   float depth_variance = 0.0, luminance_variance = 0.0;
   vec3 radiance = vec3(0.0);
   float transmittance = 1.0, first_m = kNoMatterM, t = 0.0;
@@ -212,8 +219,8 @@ void main() {
       if (make_candidate(word_at(list, place++), direction, t, limit_m, c)) open[open_count++] = c;
     }
 
-    // The step: as fine as the finest particle here needs, and up to the borders of homogeneous ones, where matter jumps.
-    // Others begin with next to nothing.
+    // The step: as fine as the finest particle here needs, and up to the borders of homogeneous ones, where matter
+    // jumps. Others begin with next to nothing.
     float next_m = place < range.y ? float_at(near_m, word_at(list, place)) : kNoMatterM;
     float end_m = kNoMatterM;
     bool inside = open_count == kOpen;  // then also of what has found no slot
@@ -268,7 +275,8 @@ void main() {
     before_per_m = s.varying_per_m;
     t = end_m;
   }
-  imageStore(marched_noise, ivec2(pixel), vec4(transmittance * sqrt(depth_variance), sqrt(luminance_variance), 0.0, 0.0));
+  imageStore(marched_noise, ivec2(pixel),
+             vec4(transmittance * sqrt(depth_variance), sqrt(luminance_variance), 0.0, 0.0));
   imageStore(marched, ivec2(pixel), vec4(radiance, transmittance));
   imageStore(layer_depth, ivec2(pixel), vec4(first_m < kNoMatterM ? first_m : uintBitsToFloat(0x7f800000u)));
   if (lookups > 0u) atomicAdd(counters.pairs_shaded, lookups);

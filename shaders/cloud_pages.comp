@@ -1,9 +1,10 @@
-// Shades and blends the tiles with lists of several pages, a page a dispatch, a pixel a thread. What a pixel has blended so
-// far waits in a buffer for the next page, so a list may have any length (kPagePlaces in screen_bounds.h). All threads
-// go through the list in step, a place a round.
+// Shades and blends the tiles with lists of several pages, a page a dispatch, a pixel a thread. What a pixel has
+// blended so far waits in a buffer for the next page, so a list may have any length (kPagePlaces in screen_bounds.h).
+// All threads go through the list in step, a place a round.
 //
 // volume: blend.h folds from back to front, so page 0 is the list's end and none is left out.
-// exact: page 0 is the list's beginning. No page is gone through twice, so segments past the slots merge (exact_blend.h).
+// exact: page 0 is the list's beginning. No page is gone through twice, so segments past the slots merge
+// (exact_blend.h).
 // variants: volume=BLEND_VOLUME exact=BLEND_EXACT
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -25,11 +26,13 @@ struct PagedPixel {
 layout(scalar, set = 0, binding = 14) buffer PagedPixels { PagedPixel paged_pixels[]; };
 
 // Blends the page's places; true when the ray is done.
-bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 color, out float first_m, inout uint shaded) {
+bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 color, out float first_m,
+                inout uint shaded) {
   const uint past = range.y - page * kPagePlaces;
   const uint first = max(past, range.x + kPagePlaces) - kPagePlaces;
   BlendState state = blend_empty();
-  if (page > 0u) state = unpack_blend_state(paged_pixels[slot].open, paged_pixels[slot].extent, paged_pixels[slot].committed);
+  if (page > 0u)
+    state = unpack_blend_state(paged_pixels[slot].open, paged_pixels[slot].extent, paged_pixels[slot].committed);
   for (uint place = past; place-- > first;) {
     if (!place_covers(place, gl_LocalInvocationID.xy)) continue;
     BlendSegment segment;
@@ -74,7 +77,8 @@ void store_state(uint slot, ExactState state) {
 }
 
 // Blends the page's places; true when the ray is done.
-bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 color, out float first_m, inout uint shaded) {
+bool blend_page(uint slot, uvec2 range, vec3 direction, float limit_m, out vec4 color, out float first_m,
+                inout uint shaded) {
   const uint first = range.x + page * kPagePlaces;
   const uint past = min(first + kPagePlaces, range.y);
   ExactState state = load_state(slot);

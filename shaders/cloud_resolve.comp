@@ -14,7 +14,8 @@ layout(set = 0, binding = 4, r32f) writeonly uniform image2D layer_depth;     //
 void main() {
   const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
   if (any(greaterThanEqual(at, imageSize(layer_color)))) return;
-  BlendState state = unpack_blend_state(texelFetch(open_image, at, 0), texelFetch(extent_image, at, 0), texelFetch(committed_image, at, 0));
+  BlendState state = unpack_blend_state(texelFetch(open_image, at, 0), texelFetch(extent_image, at, 0),
+                                        texelFetch(committed_image, at, 0));
   blend_finish(state);
   imageStore(layer_color, at, vec4(state.committed, state.transmittance));
   imageStore(layer_depth, at, vec4(state.first_m < kNoMatterM ? state.first_m : uintBitsToFloat(0x7f800000u)));

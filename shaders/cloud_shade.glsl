@@ -1,6 +1,6 @@
 // Shading of one particle along one ray: geometry, optical depth, light, as a segment to be blended.
-// The including shader declares: FrameConstants frame, sampler3D multiple_table, detail_noise, and optical_depth_table, a
-// sampler3D or, packed, a usamplerBuffer.
+// The including shader declares: FrameConstants frame, sampler3D multiple_table, detail_noise, and optical_depth_table,
+// a sampler3D or, packed, a usamplerBuffer.
 #ifndef NEPHELE_CLOUD_SHADE_GLSL
 #define NEPHELE_CLOUD_SHADE_GLSL
 
@@ -18,7 +18,7 @@
 // Fine structure at the first matter: tiling noise in the air's frame, two periods that never line up. It gives the
 // smooth particles of the optical depth table their ragged outlines.
 NEPHELE_CONST(float, kDetailMean, 0.5);  // of the noise
-NEPHELE_CONST(float, kErosion, 0.1);    // mean
+NEPHELE_CONST(float, kErosion, 0.1);     // mean
 
 struct Detail {
   float erosion;  // chords of a lower mean density (over the peak) are empty
@@ -34,8 +34,10 @@ Detail detail_at(vec3 p_render, float distance_m) {
   vec3 p = vec3(frame.camera_grid_m.xy, frame.camera_grid_m.z) + p_render;
   vec3 fine_p = vec3(p.y, p.z, p.x) * kDetailFine;
   // A pixel wider than the structure would see it alias: it fades to its mean first.
-  float pixel_m = distance_m * 2.0 / (length(vec3(frame.clip_from_render[0][1], frame.clip_from_render[1][1], frame.clip_from_render[2][1])) *
-                                      float(frame.layer_size_px.y));
+  float pixel_m =
+      distance_m * 2.0 /
+      (length(vec3(frame.clip_from_render[0][1], frame.clip_from_render[1][1], frame.clip_from_render[2][1])) *
+       float(frame.layer_size_px.y));
   // From within, a cloud is plain fog: structure at arm's length would be contour lines of the particles' tables.
   float beyond = smoothstep(40.0, 300.0, distance_m);
   float coarse_share = beyond * (1.0 - smoothstep(6.0, 24.0, pixel_m));
@@ -71,7 +73,8 @@ bool cut_at_base(float base_m, vec3 direction, inout float near_m, inout float f
   return far_m > near_m;
 }
 
-// Source radiance at `at` (metres from the camera) of the segment of optical depth tau along the chord of half length h.
+// Source radiance at `at` (metres from the camera) of the segment of optical depth tau along the chord of half length
+// h.
 vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit, float tau_chord) {
   vec3 place = direction * at_m;
   float mu = dot(frame.sun_direction, direction);  // light travels along -sun, towards the eye along -direction
@@ -87,7 +90,8 @@ vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, flo
 
   // More often, inside this particle.
   float sigma = p.optical_radius;
-  float again = fetch_multiple(multiple_table, c, h, mu_unit, sigma, frame.phase_g) / max(opacity_of(2.0 * h * sigma), 1e-3);
+  float again =
+      fetch_multiple(multiple_table, c, h, mu_unit, sigma, frame.phase_g) / max(opacity_of(2.0 * h * sigma), 1e-3);
   again *= kAgainShare * exp(-(1.0 - frame.phase_g) * tau_sun);
 
   // More often, in the cloud around.

@@ -13,7 +13,11 @@ layout(set = 0, binding = 1) uniform usamplerBuffer occluders;  // PackedOcclude
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 0, binding = 3) uniform usamplerBuffer list;
 layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D shadow;
-layout(scalar, set = 0, binding = 5) readonly buffer ShadowTiles { uvec3 tile_groups; uint tile_count; uint shadow_tiles[]; };  // shadow_tiles.comp
+layout(scalar, set = 0, binding = 5) readonly buffer ShadowTiles {
+  uvec3 tile_groups;
+  uint tile_count;
+  uint shadow_tiles[];
+};  // shadow_tiles.comp
 
 const float kOpaqueTransmittance = 1.0e-3;  // the rest of the list changes less than this
 const float kSlightOpacity = 1.0e-3;        // too little to count as the clouds' beginning or end

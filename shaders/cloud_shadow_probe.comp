@@ -14,5 +14,7 @@ layout(push_constant) uniform Push { uint count; };
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
-  if (i < count) transmittances[i] = cloud_shadow(shadow, frame.light_from_render, light_uv_scale(frame.view_distance_m), points_m[i]);
+  if (i < count)
+    transmittances[i] =
+        cloud_shadow(shadow, frame.light_from_render, light_uv_scale(frame.view_distance_m), points_m[i]);
 }

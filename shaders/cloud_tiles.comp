@@ -1,5 +1,5 @@
-// Shades and blends one screen tile's particles, a pixel a thread, no shared memory: all short lists on a GPU, long ones on a CPU as
-// well (short ones there: cloud_columns.comp).
+// Shades and blends one screen tile's particles, a pixel a thread, no shared memory: all short lists on a GPU, long
+// ones on a CPU as well (short ones there: cloud_columns.comp).
 // variants: volume=BLEND_VOLUME exact=BLEND_EXACT exact_long=BLEND_EXACT,EXACT_LONG_LISTS
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -12,7 +12,8 @@
 #include "shared/types.h"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint kExactPlaces = 1u;  // that a pixel of the exact blend may go through, before it merges
+layout(constant_id = 0) const uint kExactPlaces =
+    1u;  // that a pixel of the exact blend may go through, before it merges
 #include "cloud_tiles.glsl"
 
 // A pixel's walk through its tile's list. walk_next steps to the next place to shade, false when the pixel is done;
@@ -20,8 +21,8 @@ layout(constant_id = 0) const uint kExactPlaces = 1u;  // that a pixel of the ex
 #ifdef BLEND_VOLUME
 
 // blend.h folds from back to front, so segments are kept on the way forward and folded on the way back. The way ends
-// where all that is left begins behind opaque matter. Past kKept segments the rest is only measured on the way forward and shaded once more on the way back, and
-// past kMeasured places not even measured.
+// where all that is left begins behind opaque matter. Past kKept segments the rest is only measured on the way forward
+// and shaded once more on the way back, and past kMeasured places not even measured.
 const uint kKept = 32u;
 const uint kMeasured = 1024u;
 BlendSegment kept[kKept];
@@ -35,7 +36,9 @@ struct Walk {
   BlendState state;
 };
 
-Walk walk_begin(uvec2 range) { return Walk(range, range.x, 0u, 0u, 0u, false, false, opaque_front_empty(), blend_empty()); }
+Walk walk_begin(uvec2 range) {
+  return Walk(range, range.x, 0u, 0u, 0u, false, false, opaque_front_empty(), blend_empty());
+}
 
 bool walk_next(inout Walk walk, uvec2 in_tile) {
   if (!walk.backward) {

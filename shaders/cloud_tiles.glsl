@@ -3,7 +3,7 @@
 #ifndef NEPHELE_CLOUD_TILES_GLSL
 #define NEPHELE_CLOUD_TILES_GLSL
 
-layout(constant_id = 1) const bool kListed = false;              // work on the tiles of TileRows; otherwise on all with short lists
+layout(constant_id = 1) const bool kListed = false;  // work on the tiles of TileRows; otherwise on all with short lists
 layout(constant_id = 2) const uint kShortList = kColumnPlaces;  // the longest of these
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
@@ -15,13 +15,16 @@ layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 layout(set = 0, binding = 3) uniform sampler3D multiple_table;
 layout(set = 0, binding = 4) uniform sampler3D detail_noise;
 layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 6) uniform usamplerBuffer list;      // particles, a tile's after the other's
+layout(set = 0, binding = 6) uniform usamplerBuffer list;  // particles, a tile's after the other's
 layout(set = 0, binding = 7) uniform usamplerBuffer begins_m;
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
 layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  // metres to what stands behind
-layout(scalar, set = 0, binding = 12) readonly buffer TileRows { uvec3 tile_groups; uint tile_rows[]; };  // screen_begins.comp
+layout(scalar, set = 0, binding = 12) readonly buffer TileRows {
+  uvec3 tile_groups;
+  uint tile_rows[];
+};                                                           // screen_begins.comp
 layout(set = 0, binding = 13) uniform usamplerBuffer masks;  // two words a place: the pixels that it may show in
 
 #include "cloud_shade.glsl"
@@ -29,7 +32,8 @@ layout(set = 0, binding = 13) uniform usamplerBuffer masks;  // two words a plac
 #include "texels.glsl"
 
 bool place_covers(uint place, uvec2 in_tile) {
-  return ((word_at(masks, 2u * place + (in_tile.y >> 2u)) >> (kScreenTilePx * (in_tile.y & 3u) + in_tile.x)) & 1u) != 0u;
+  return ((word_at(masks, 2u * place + (in_tile.y >> 2u)) >> (kScreenTilePx * (in_tile.y & 3u) + in_tile.x)) & 1u) !=
+         0u;
 }
 
 // The first place from `at` on whose particle may cover the pixel: one load a place. On a CPU the eight lanes of a
@@ -39,8 +43,8 @@ uint next_place(uint at, uint end, uvec2 in_tile) {
   return at;
 }
 
-// The tile of this workgroup and its list; false when there is nothing for it to do. A CPU goes through all of a shader's
-// code even then, so tiles with long lists, mostly few, have a dispatch of just as many groups.
+// The tile of this workgroup and its list; false when there is nothing for it to do. A CPU goes through all of a
+// shader's code even then, so tiles with long lists, mostly few, have a dispatch of just as many groups.
 bool find_tile(out uvec2 tile, out uvec2 range) {
   tile = gl_WorkGroupID.xy;
   range = uvec2(0u);

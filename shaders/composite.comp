@@ -3,8 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 // variants: sky sky_clouds=CLOUDS sky_clouds_shadow=CLOUDS,SHADOW sky_upscale=CLOUDS,UPSCALE sky_upscale_shadow=CLOUDS,UPSCALE,SHADOW vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS vacuum_clouds_shadow=VACUUM,CLOUDS,SHADOW vacuum_upscale=VACUUM,CLOUDS,UPSCALE vacuum_upscale_shadow=VACUUM,CLOUDS,UPSCALE,SHADOW sky_keep=CLOUDS,UPSCALE,KEEP sky_keep_shadow=CLOUDS,UPSCALE,KEEP,SHADOW vacuum_keep=VACUUM,CLOUDS,UPSCALE,KEEP vacuum_keep_shadow=VACUUM,CLOUDS,UPSCALE,KEEP,SHADOW
 // The final image: sky, sun and ground; the cloud layer, brought to the image's resolution, over them through the air
-// between; exposure and tone map. A workgroup has a tile of one kind (composite_tiles.glsl), and the kernel of a kind holds
-// what such tiles need and nothing else: on a CPU every pixel pays for all code of its kernel, needed or not.
+// between; exposure and tone map. A workgroup has a tile of one kind (composite_tiles.glsl), and the kernel of a kind
+// holds what such tiles need and nothing else: on a CPU every pixel pays for all code of its kernel, needed or not.
 #include "shared/atmosphere_tables.h"
 #include "shared/blend.h"
 #include "shared/ground.h"
@@ -89,13 +89,16 @@ vec3 haze_shadow_at(vec2 image_unit, float distance_m) {
 // approximation, 1 / (1 + 0.75 (1 - g) tau), for tau = 40 and g = 0.85. Without it shadows are as blue as the sky.
 const float kCloudDiffuseTransmittance = 0.18;
 
-// What a ray at or above the horizon brings, per unit of the sun's irradiance. disc_share: what shows of the sun's disc.
-vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad, vec2 image_unit, float disc_share) {
+// What a ray at or above the horizon brings, per unit of the sun's irradiance. disc_share: what shows of the sun's
+// disc.
+vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad, vec2 image_unit,
+                  float disc_share) {
 #ifdef VACUUM
   return vec3(0.0);
 #else
-  vec3 radiance = max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, false) -
-                                     haze_shadow_at(image_unit, 1.0e30));
+  vec3 radiance =
+      max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, false) -
+                         haze_shadow_at(image_unit, 1.0e30));
   vec3 disc = kMixed ? sun_disc(direction, pixel_rad) : vec3(0.0);
   if (kMixed && disc.g > 0.0) radiance += disc_share * disc * sun_transmittance(transmittance, altitude_m, direction.z);
   return radiance;
@@ -112,17 +115,19 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
 #else
   float sunlit = 1.0;
 #endif
-  float sun_mu = cosine_along_ray(altitude_m, mu, distance_m, frame.sun_direction.z, dot(direction, frame.sun_direction));
+  float sun_mu =
+      cosine_along_ray(altitude_m, mu, distance_m, frame.sun_direction.z, dot(direction, frame.sun_direction));
   // The pixel's longer side on the ground; finite at the horizon, where it ends.
-  float footprint_m = max(distance_m * pixel_rad, 2.0 * (distance_m - ground_distance(altitude_m, mu - 0.5 * pixel_rad)));
+  float footprint_m =
+      max(distance_m * pixel_rad, 2.0 * (distance_m - ground_distance(altitude_m, mu - 0.5 * pixel_rad)));
   vec2 ground_m = grid_from_render(p_m, vec3(camera_ground_m, altitude_m)).xy;
   vec3 albedo = clamp(frame.ground_albedo * ground_variation(ground_m, ground_origin_index, footprint_m), 0.0, 1.0);
 #ifdef VACUUM
   return albedo / kPi * max(0.0, sun_mu) * sun_visibility(0.0, sun_mu) * sunlit;
 #else
   float direct = max(0.0, sun_mu) * mix(kCloudDiffuseTransmittance, 1.0, sunlit);
-  vec3 irradiance = sun_transmittance(transmittance, 0.0, sun_mu) * direct +
-                    sky_irradiance_from_above(sky_irradiance, 0.0, sun_mu);
+  vec3 irradiance =
+      sun_transmittance(transmittance, 0.0, sun_mu) * direct + sky_irradiance_from_above(sky_irradiance, 0.0, sun_mu);
   return albedo / kPi * irradiance * view_transmittance_lookup(view_transmittance, mu, horizon_mu, true) +
          max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, true) -
                             haze_shadow_at(image_unit, distance_m));
@@ -147,7 +152,8 @@ vec3 through_air(vec3 radiance, float opacity, vec3 direction, float altitude_m,
 #ifdef VACUUM
   return radiance;
 #else
-  AerialSample air = aerial_lookup(aerial_light, aerial_transmittance, direction, frame.sun_direction, altitude_m, distance_m);
+  AerialSample air =
+      aerial_lookup(aerial_light, aerial_transmittance, direction, frame.sun_direction, altitude_m, distance_m);
   vec3 haze = max(vec3(0.0), air.light - haze_shadow_at(image_unit, distance_m)) * frame.sun_irradiance;
   return radiance * air.transmittance + haze * opacity;
 #endif
@@ -156,7 +162,8 @@ vec3 through_air(vec3 radiance, float opacity, vec3 direction, float altitude_m,
 // Sky, sun and ground where the host has drawn nothing.
 vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2 image_unit, float disc_share) {
   const float horizon_mu = horizon_cosine(altitude_m);
-  if (!kMixed && kSky) return sky_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit, disc_share) * frame.sun_irradiance;
+  if (!kMixed && kSky)
+    return sky_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit, disc_share) * frame.sun_irradiance;
   if (!kMixed) return ground_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit) * frame.sun_irradiance;
   // Share of the pixel above the horizon, so that the horizon has no steps.
   float above = clamp(0.5 + (direction.z - horizon_mu) / pixel_rad, 0.0, 1.0);
@@ -170,8 +177,10 @@ vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2
     }
   }
   vec3 background = vec3(0.0);
-  if (above > 0.0) background += above * sky_radiance(sky_direction, altitude_m, horizon_mu, pixel_rad, image_unit, disc_share);
-  if (above < 1.0) background += (1.0 - above) * ground_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit);
+  if (above > 0.0)
+    background += above * sky_radiance(sky_direction, altitude_m, horizon_mu, pixel_rad, image_unit, disc_share);
+  if (above < 1.0)
+    background += (1.0 - above) * ground_radiance(direction, altitude_m, horizon_mu, pixel_rad, image_unit);
   return background * frame.sun_irradiance;
 }
 
@@ -208,15 +217,17 @@ void main() {
 #ifdef CLOUDS
   float cloud_m;
   const vec4 cloud = cloud_at(ivec2(pixel), cloud_m);
-  // Where blending ended at opaque matter, what transmittance is left is arbitrary, and the disc, 1e5 times as bright as the sky, would show it.
+  // Where blending ended at opaque matter, what transmittance is left is arbitrary, and the disc, 1e5 times as bright
+  // as the sky, would show it.
   disc_share = smoothstep(kOpaqueTransmittance, 10.0 * kOpaqueTransmittance, cloud.a);
 #endif
   const float host_m = kMixed ? host_distance_m(ivec2(pixel)) : kNoSceneM;
-  vec3 radiance = host_m < kNoSceneM
-                      ? through_air(texelFetch(host_radiance, ivec2(pixel), 0).rgb, 1.0, direction, altitude_m, image_unit, host_m)
-                      : background_radiance(direction, altitude_m, pixel_rad, image_unit, disc_share);
+  vec3 radiance = host_m < kNoSceneM ? through_air(texelFetch(host_radiance, ivec2(pixel), 0).rgb, 1.0, direction,
+                                                   altitude_m, image_unit, host_m)
+                                     : background_radiance(direction, altitude_m, pixel_rad, image_unit, disc_share);
 #ifdef CLOUDS
-  if (kCloudy && !isinf(cloud_m)) radiance = radiance * cloud.a + through_air(cloud.rgb, 1.0 - cloud.a, direction, altitude_m, image_unit, cloud_m);
+  if (kCloudy && !isinf(cloud_m))
+    radiance = radiance * cloud.a + through_air(cloud.rgb, 1.0 - cloud.a, direction, altitude_m, image_unit, cloud_m);
 #endif
   imageStore(hdr, ivec2(pixel), vec4(radiance, 1.0));
 #ifndef VACUUM

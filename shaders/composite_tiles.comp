@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // variants: clear clouds=CLOUDS
-// Sorts the image's tiles by what they may show: sky or ground alone or anything, clouds or none. One thread a tile. The order
-// within a list is free; no pixel depends on it.
+// Sorts the image's tiles by what they may show: sky or ground alone or anything, clouds or none. One thread a tile.
+// The order within a list is free; no pixel depends on it.
 #include "shared/atmosphere_tables.h"
 #include "shared/ground.h"
 #include "shared/types.h"
@@ -38,8 +38,8 @@ bool has_clouds(uvec2 tile) {
 #endif
 }
 
-// Sky or ground alone, with what a pixel blurs and what the upscaling takes for an edge kept off the horizon; where the sun's
-// disc may be, mixed.
+// Sky or ground alone, with what a pixel blurs and what the upscaling takes for an edge kept off the horizon; where the
+// sun's disc may be, mixed.
 uint ground_or_sky(uvec2 tile) {
   const vec2 center_px = (vec2(tile) + 0.5) * float(kCompositeTilePx);
   const vec3 center = pixel_direction(center_px, frame.image_size_px);
@@ -50,7 +50,8 @@ uint ground_or_sky(uvec2 tile) {
   }
   const float edge = (frame.scale > 1u ? 0.5 * float(frame.scale) : 0.25) * radius;
   const float over = center.z - horizon_cosine(max(0.0, frame.camera_grid_m.z));
-  if (over > radius + edge) return length(center - frame.sun_direction) < frame.sun_angular_radius_rad + 2.0 * radius ? kMixedKind : 0u;
+  if (over > radius + edge)
+    return length(center - frame.sun_direction) < frame.sun_angular_radius_rad + 2.0 * radius ? kMixedKind : 0u;
   return over < -(radius + edge) && frame.ground_enabled != 0u ? 2u : kMixedKind;
 }
 

@@ -1,5 +1,5 @@
-// The image's tiles of 8 x 8 pixels, sorted by what they may show: composite_tiles.comp makes the lists, composite.comp has a
-// kernel for each kind.
+// The image's tiles of 8 x 8 pixels, sorted by what they may show: composite_tiles.comp makes the lists, composite.comp
+// has a kernel for each kind.
 #ifndef NEPHELE_COMPOSITE_TILES_GLSL
 #define NEPHELE_COMPOSITE_TILES_GLSL
 
@@ -20,7 +20,7 @@ layout(scalar, set = 0, binding = 19) readonly buffer CompositeTiles {
 #endif
   uvec3 tile_groups[kTileKinds];
   uint tile_counts[kTileKinds];
-  vec3 sun_at_lens;   // the sun's irradiance at the camera, through air and clouds
+  vec3 sun_at_lens;     // the sun's irradiance at the camera, through air and clouds
   uint listed_tiles[];  // a kind after the other, room for all tiles each
 };
 

@@ -3,8 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/ring_grid.h"
 
-// Lists the cells that may get a weight while the camera stays in its finest cell: some three fifths of all, the rest lies under
-// finer rings or beyond the view. The order is free.
+// Lists the cells that may get a weight while the camera stays in its finest cell: some three fifths of all, the rest
+// lies under finer rings or beyond the view. The order is free.
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };

@@ -20,7 +20,8 @@ void main() {
   uint count = i < cells ? cell_counts[i] : 0u;
   if (count > 0u) {
     const GridCell cell = grid_cell(frame, i);
-    if (cell_weight(frame, cell) <= 0.0) count = 0u;
+    if (cell_weight(frame, cell) <= 0.0)
+      count = 0u;
     else {
       atomicAdd(counters.cell_count, 1u);
       atomicAdd(distance_counts[distance_bin(frame, cell)], count);

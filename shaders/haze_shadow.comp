@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // The light that the air between the camera and each distance does not scatter because it lies in the clouds' shadow:
-// what aerial perspective and sky view have too much. Dark beams between light shafts, per unit of the sun's irradiance.
-// A thread walks one ray of the camera's frustum. Multiple scattering stays: it comes from all sides.
+// what aerial perspective and sky view have too much. Dark beams between light shafts, per unit of the sun's
+// irradiance. A thread walks one ray of the camera's frustum. Multiple scattering stays: it comes from all sides.
 #include "shared/atmosphere_tables.h"
 #include "shared/haze_shadow.h"
 #include "shared/types.h"
@@ -35,18 +35,21 @@ void main() {
   float t0 = 0.0;
   float h0 = h;
   AirDensity d0 = air_density(h0);
-  // A ray ends where it climbs above the clouds, since nothing is shadowed there, and where it is so far under the ground
-  // that the next ray above it has met the ground too: a pixel between the two interpolates.
+  // A ray ends where it climbs above the clouds, since nothing is shadowed there, and where it is so far under the
+  // ground that the next ray above it has met the ground too: a pixel between the two interpolates.
   float top_m = frame.listed_particle_count > 0u ? 1.0e30 : frame.base_m + frame.thickness_m + kCloudSlackM;
-  float texel_rad = 1.2 * length(pixel_direction(unit * vec2(frame.image_size_px) + vec2(0.0, float(frame.image_size_px.y) / float(kHazeShadowHeight)),
-                                                 frame.image_size_px) - direction);
+  float texel_rad = 1.2 * length(pixel_direction(unit * vec2(frame.image_size_px) +
+                                                     vec2(0.0, float(frame.image_size_px.y) / float(kHazeShadowHeight)),
+                                                 frame.image_size_px) -
+                                 direction);
   float sinking = horizon_cosine(h) - mu - texel_rad;
   float bottom_m = frame.ground_enabled != 0u && sinking > 0.0 ? -h * texel_rad / sinking : -1.0e30;
   float uv_scale = light_uv_scale(frame.view_distance_m);
   uint i = 0u;
   bool on = true;
   for (; on && i < kHazeShadowSteps; ++i) {
-    if (i % kHazeShadowStepsPerSlice == 0u) imageStore(haze_shadow, ivec3(texel, i / kHazeShadowStepsPerSlice), vec4(lost, 1.0));
+    if (i % kHazeShadowStepsPerSlice == 0u)
+      imageStore(haze_shadow, ivec3(texel, i / kHazeShadowStepsPerSlice), vec4(lost, 1.0));
     float t1 = haze_shadow_distance(float(i + 1u) / float(kHazeShadowSteps), frame.view_distance_m);
     float middle = 0.5 * (t0 + t1);
     float way_up_m = ray_altitude(h, mu, t1);
@@ -68,5 +71,6 @@ void main() {
     d0 = d1;
   }
   const uint reached = (i + kHazeShadowStepsPerSlice - 1u) / kHazeShadowStepsPerSlice;
-  for (uint slice = reached; slice < kHazeShadowDepth; ++slice) imageStore(haze_shadow, ivec3(texel, slice), vec4(lost, 1.0));
+  for (uint slice = reached; slice < kHazeShadowDepth; ++slice)
+    imageStore(haze_shadow, ivec3(texel, slice), vec4(lost, 1.0));
 }

@@ -20,7 +20,8 @@ void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= counters.particle_count) return;
   LightBounds bounds;
-  const Occluder occluder = make_occluder(particle_at(particles, i), frame.light_from_render, frame.camera_grid_m.z, bounds);
+  const Occluder occluder =
+      make_occluder(particle_at(particles, i), frame.light_from_render, frame.camera_grid_m.z, bounds);
   occluders[i] = pack_occluder(occluder);
   rectangles[i] = occluder.extinction_per_m > 0.0 ? light_rectangle(bounds, frame.view_distance_m) : kNoTiles;
   keys[i] = sun_key(occluder.top_m, frame.view_distance_m);

@@ -1,7 +1,7 @@
-// Takes the noise of jittered steps out of a marched layer (Kobak and Alda 2017, 6.3.3): a Gaussian over 3 x 3 pixels, whose jitters
-// between them cover a step evenly.
-// Deviates from the paper: a neighbour counts by how far its difference is within the noise that both rays' steps let expect.
-// Edges and texture stay, and as the steps shrink so does the blur: the result converges to the integral.
+// Takes the noise of jittered steps out of a marched layer (Kobak and Alda 2017, 6.3.3): a Gaussian over 3 x 3 pixels,
+// whose jitters between them cover a step evenly. Deviates from the paper: a neighbour counts by how far its difference
+// is within the noise that both rays' steps let expect. Edges and texture stay, and as the steps shrink so does the
+// blur: the result converges to the integral.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -30,7 +30,8 @@ void main() {
     const vec2 apart = noisy_value(other) - own_value;
     const vec2 other_noise = texelFetch(marched_noise, at, 0).xy;
     const vec2 variance = own_noise * own_noise + other_noise * other_noise + 1e-14;
-    const float weight = exp2(-float(abs(offset.x) + abs(offset.y))) * exp(-min(dot(apart * apart, 1.0 / variance), 80.0));
+    const float weight =
+        exp2(-float(abs(offset.x) + abs(offset.y))) * exp(-min(dot(apart * apart, 1.0 / variance), 80.0));
     sum += weight * other;
     weights += weight;
   }

@@ -6,7 +6,8 @@
 #include "texels.glsl"
 
 Occluder occluder_at(usamplerBuffer texels, uint i) {
-  return unpack_occluder(PackedOccluder(texel_at(texels, 3u * i), texel_at(texels, 3u * i + 1u), texel_at(texels, 3u * i + 2u)));
+  return unpack_occluder(
+      PackedOccluder(texel_at(texels, 3u * i), texel_at(texels, 3u * i + 1u), texel_at(texels, 3u * i + 2u)));
 }
 
 #endif

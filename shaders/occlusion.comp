@@ -6,8 +6,8 @@
 
 // [Yusov14] 5.3 step 2: the sunlight that reaches each visible particle. The depth is sampled at a tetrahedron inside
 // the particle rather than at its centre alone, for its mean and its gradient.
-// Deviates from the paper: instead of low-passing the depth over neighbouring particles (its step 3), it measures how much
-// cloud there is around, which diffuse light depends on (shared/cloud_light.h). Nothing here depends on the view.
+// Deviates from the paper: instead of low-passing the depth over neighbouring particles (its step 3), it measures how
+// much cloud there is around, which diffuse light depends on (shared/cloud_light.h). Nothing here depends on the view.
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
@@ -15,7 +15,7 @@ layout(set = 0, binding = 1) uniform usamplerBuffer particles;
 layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 4) uniform usamplerBuffer occluders;  // PackedOccluder
-layout(set = 0, binding = 5) uniform usamplerBuffer ranges;  // two words a tile
+layout(set = 0, binding = 5) uniform usamplerBuffer ranges;     // two words a tile
 layout(set = 0, binding = 6) uniform usamplerBuffer list;
 layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
 #ifdef WITH_AIR

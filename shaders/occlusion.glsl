@@ -26,9 +26,9 @@ struct SunColumn {
   float behind;     // the same on the side away from the sun
 };
 
-// One loop for all points, which goes from a list to the next: eight threads of a CPU run in step, and with a loop a list all would
-// wait for the longest of each. Points that share a tile share the walk through its list. What the next list needs is at hand
-// before, since every round pays for the step to it.
+// One loop for all points, which goes from a list to the next: eight threads of a CPU run in step, and with a loop a
+// list all would wait for the longest of each. Points that share a tile share the walk through its list. What the next
+// list needs is at hand before, since every round pays for the step to it.
 SunColumn sun_column(vec3 points_m[4], vec3 center_m, uint except) {
   const uint kCenter = 4u;
   const vec3 up = frame.light_from_render[2];

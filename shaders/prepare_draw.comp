@@ -33,7 +33,8 @@ void main() {
   for (int axis = 0; axis < 3; ++axis) {
     vec3 e = vec3(0.0);
     e[axis] = 1.0;
-    d.reference_from_render[axis] = quaternion_rotate_inverse(orientation, local_from_render(e, p.yaw_rad) / p.radius_m);
+    d.reference_from_render[axis] =
+        quaternion_rotate_inverse(orientation, local_from_render(e, p.yaw_rad) / p.radius_m);
   }
   d.center_m = p.center_m;
   d.extinction_per_m = p.extinction_per_m;
@@ -51,12 +52,15 @@ void main() {
   // At its very centre it has no side.
   d.outward = outward_factor(-dot(light.openness, p.center_m) / max(length(p.center_m), mean_radius_m), frame.phase_g);
   const float altitude = altitude_m(p.center_m, frame.camera_grid_m.z);
-  mean_radiance_at(sky_irradiance, frame, altitude, sun_cos_zenith_at(p.center_m, frame), d.sky_up_radiance, d.sky_down_radiance);
+  mean_radiance_at(sky_irradiance, frame, altitude, sun_cos_zenith_at(p.center_m, frame), d.sky_up_radiance,
+                   d.sky_down_radiance);
   d.sky_down_radiance *= 1.0 - (frame.clouds_enabled != 0u ? kGroundShadow * frame.coverage : 0.0);
   if (p.base_m > -1e29) {
     const float thickness_m = max(p.top_m - p.base_m, 0.0);
-    d.sky_share = slab_share_above(frame.extinction_per_m * (p.top_m - altitude), frame.extinction_per_m * thickness_m, frame.phase_g);
-    d.sky_share_per_m = slab_share_per_depth(frame.extinction_per_m * thickness_m, frame.phase_g) * frame.extinction_per_m;
+    d.sky_share = slab_share_above(frame.extinction_per_m * (p.top_m - altitude), frame.extinction_per_m * thickness_m,
+                                   frame.phase_g);
+    d.sky_share_per_m =
+        slab_share_per_depth(frame.extinction_per_m * thickness_m, frame.phase_g) * frame.extinction_per_m;
   } else {  // whose cloud it is part of is not known: as much as a surface sees that faces away from its neighbours
     d.sky_share = 0.5 + 0.5 * light.openness.z;
     d.sky_share_per_m = 0.0;

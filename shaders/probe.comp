@@ -18,7 +18,8 @@ const uint kProbeSingle = 0u;
 const uint kProbeMultiple = 1u;
 
 layout(scalar, set = 0, binding = 0) readonly buffer Rays { ProbeRay rays[]; };
-// Radiance per unit irradiance, per sr; or mean extinction / peak and the fraction of the chord before the first matter.
+// Radiance per unit irradiance, per sr; or mean extinction / peak and the fraction of the chord before the first
+// matter.
 layout(scalar, set = 0, binding = 1) writeonly buffer Values { vec2 values[]; };
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 layout(set = 0, binding = 3) uniform sampler3D multiple_scattering_table;
@@ -28,7 +29,8 @@ layout(push_constant, scalar) uniform Push {
   uint quantity;
   uint phase_function;
   float g;
-} push;
+}
+push;
 
 void main() {
   uint i = gl_GlobalInvocationID.x;

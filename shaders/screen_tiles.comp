@@ -1,5 +1,5 @@
-// Every drawn particle as the screen sees it: the pixels and tiles it may cover, how near it can come, and its place in the
-// lists, which run from front to back.
+// Every drawn particle as the screen sees it: the pixels and tiles it may cover, how near it can come, and its place in
+// the lists, which run from front to back.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -22,11 +22,14 @@ void main() {
   const DrawParticle p = draw_particle_at(draw_particles, i);
   const vec3 center_m = p.center_m;
   const mat3 render_from_reference = inverse(p.reference_from_render);
-  const float shown = kWhole ? 1.0 : shown_radius((p.flags & kParticleDetail) != 0u, p.reference_from_render * center_m);
+  const float shown =
+      kWhole ? 1.0 : shown_radius((p.flags & kParticleDetail) != 0u, p.reference_from_render * center_m);
   const BaseBound above = bound_above_base(p.reference_from_render, center_m, p.base_m, frame.camera_grid_m.z);
-  const uvec2 covered = rectangle_both(
-      screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px, frame.scale, frame.layer_size_px),
-      screen_pixels(frame.clip_from_render, inverse(above.reference_from_render), above.center_m, frame.image_size_px, frame.scale, frame.layer_size_px));
+  const uvec2 covered =
+      rectangle_both(screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px,
+                                   frame.scale, frame.layer_size_px),
+                     screen_pixels(frame.clip_from_render, inverse(above.reference_from_render), above.center_m,
+                                   frame.image_size_px, frame.scale, frame.layer_size_px));
   pixels[i] = covered;
   rectangles[i] = tiles_of_pixels(covered);
   const vec3 towards = center_m / max(length(center_m), 1e-6);

@@ -1,22 +1,27 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Lists the light tiles that a look-up from the camera's view can reach: those whose sun rays cross the view's cone, and the grid's
-// border, which stands for everything beyond it. One thread a tile; the order is free.
+// Lists the light tiles that a look-up from the camera's view can reach: those whose sun rays cross the view's cone,
+// and the grid's border, which stands for everything beyond it. One thread a tile; the order is free.
 #include "shared/light.h"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kTexelsPerTile = 2u;  // as in cloud_shadow.comp
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(scalar, set = 0, binding = 1) buffer ShadowTiles { uvec3 tile_groups; uint tile_count; uint shadow_tiles[]; };
+layout(scalar, set = 0, binding = 1) buffer ShadowTiles {
+  uvec3 tile_groups;
+  uint tile_count;
+  uint shadow_tiles[];
+};
 
 #include "camera_rays.glsl"
 
 float cross2(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
 
-// Across the sun's rays the view is a wedge at the origin, between two of the image's corners, or the whole plane when the sun's
-// axis is in view. A tile is out of it where all of it, and a tile around, lies beyond one of the wedge's sides.
+// Across the sun's rays the view is a wedge at the origin, between two of the image's corners, or the whole plane when
+// the sun's axis is in view. A tile is out of it where all of it, and a tile around, lies beyond one of the wedge's
+// sides.
 bool in_view(uvec2 tile) {
   const vec2 size = vec2(frame.image_size_px);
   vec2 view[4], corner[4];
@@ -27,8 +32,8 @@ bool in_view(uvec2 tile) {
   }
   bool out_of_view = false;
   for (int k = 0; k < 4; ++k) {
-    bool first = true, last = true;       // all of the view lies to the left of this corner, or to the right
-    bool before = true, behind = true;    // so does the tile
+    bool first = true, last = true;     // all of the view lies to the left of this corner, or to the right
+    bool before = true, behind = true;  // so does the tile
     for (int j = 0; j < 4; ++j) {
       first = first && cross2(view[k], view[j]) >= 0.0;
       last = last && cross2(view[k], view[j]) <= 0.0;

@@ -35,7 +35,8 @@ layout(push_constant, scalar) uniform Push {
   float g;
   vec4 optical_depth_size;  // of the paper's tables
   vec4 scattering_size;
-} push;
+}
+push;
 
 void main() {
   uint i = gl_GlobalInvocationID.x;

@@ -1,4 +1,5 @@
-// Fetches from the baked tables (axes: shared/table_axes.h). Samplers: linear, clamped to the edge. Packed tables: words as texels.
+// Fetches from the baked tables (axes: shared/table_axes.h). Samplers: linear, clamped to the edge. Packed tables:
+// words as texels.
 #ifndef NEPHELE_TABLES_GLSL
 #define NEPHELE_TABLES_GLSL
 
@@ -43,8 +44,8 @@ float fetch_packed(usamplerBuffer table, uint first, uint n, vec4 place) {
   return mix(both.x, both.y, f.x) * (1.0 / 256.0);
 }
 
-// The same from the packed table. A chord has the same density both ways: of its two ways the one is taken that enters at
-// the lower map coordinate, so that half the table is read and stays in the cache.
+// The same from the packed table. A chord has the same density both ways: of its two ways the one is taken that enters
+// at the lower map coordinate, so that half the table is read and stays in the cache.
 vec2 fetch_optical_depth(usamplerBuffer table, vec3 entry, vec3 exit) {
   const uint n = kDepthVertices;
   const vec2 s = octahedral_encode(entry) * float(n - 1u), e = octahedral_encode(exit) * float(n - 1u);

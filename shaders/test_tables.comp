@@ -22,7 +22,7 @@ struct TableAnswer {
   float single;
   float multiple;
   float phase;
-  float density;    // of the reference particle, halfway along the chord
+  float density;  // of the reference particle, halfway along the chord
   float noise;
   uint hash;
 };
@@ -33,7 +33,8 @@ layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 layout(set = 0, binding = 3) uniform sampler3D multiple_scattering_table;
 layout(set = 0, binding = 4) uniform usamplerBuffer packed_optical_depth_table;
 
-layout(push_constant, scalar) uniform Push { uint count; } push;
+layout(push_constant, scalar) uniform Push { uint count; }
+push;
 
 void main() {
   uint i = gl_GlobalInvocationID.x;

@@ -1,6 +1,6 @@
-// Buffers read as texels. Lavapipe loads storage buffers lane by lane and word by word, but gathers a texel's four words for
-// eight threads at once; hardware does either alike. What each thread reads at a place of its own comes this way. Texels that
-// a shader has no use for cost nothing.
+// Buffers read as texels. Lavapipe loads storage buffers lane by lane and word by word, but gathers a texel's four
+// words for eight threads at once; hardware does either alike. What each thread reads at a place of its own comes this
+// way. Texels that a shader has no use for cost nothing.
 #ifndef NEPHELE_TEXELS_GLSL
 #define NEPHELE_TEXELS_GLSL
 
@@ -14,7 +14,8 @@ float float_at(usamplerBuffer words, uint i) { return uintBitsToFloat(word_at(wo
 Particle particle_at(usamplerBuffer texels, uint i) {
   const vec4 a = texel_at(texels, 4u * i), b = texel_at(texels, 4u * i + 1u), d = texel_at(texels, 4u * i + 3u);
   const uvec4 c = texelFetch(texels, int(4u * i + 2u));
-  return Particle(a.xyz, a.w, b.xyz, b.w, c.x, c.y, uintBitsToFloat(c.z), uintBitsToFloat(c.w), d.xyz, floatBitsToUint(d.w));
+  return Particle(a.xyz, a.w, b.xyz, b.w, c.x, c.y, uintBitsToFloat(c.z), uintBitsToFloat(c.w), d.xyz,
+                  floatBitsToUint(d.w));
 }
 
 ParticleLight particle_light_at(usamplerBuffer texels, uint i) {

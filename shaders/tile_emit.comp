@@ -9,7 +9,8 @@
 // Tile lists, part 3: one (tile, item) pair for every tile an item covers, in the lists' order. Pairs beyond the
 // capacity, those of the last items, are counted and left out.
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint kColumnsARound = 1u;  // more where an item may cover more tiles than lavapipe goes rounds
+layout(constant_id = 0) const uint kColumnsARound =
+    1u;  // more where an item may cover more tiles than lavapipe goes rounds
 
 layout(scalar, set = 0, binding = 0) readonly buffer Counters { uint counters[]; };
 layout(set = 0, binding = 1) uniform usamplerBuffer order;
@@ -25,14 +26,14 @@ void main() {
   const uvec2 rectangle = two_words_at(rectangles, item);
   const uvec2 low = rectangle_low(rectangle), high = rectangle_high(rectangle);
   uint place = word_at(places, rank);
-  // One loop for rows and columns: eight threads of a CPU run in step, and with a loop in a loop all would wait for the longest row.
+  // One loop for rows and columns: eight threads of a CPU run in step, and with a loop in a loop all would wait for the
+  // longest row.
   uint x = low.x, y = low.x < high.x ? low.y : high.y;
   while (y < high.y) {
-    [[unroll]] for (uint k = 0u; k < kColumnsARound; ++k)
-      if (x + k < high.x && place < pair_capacity) {
-        keys[place] = y * tile_columns + x + k;
-        values[place++] = item;
-      }
+    [[unroll]] for (uint k = 0u; k < kColumnsARound; ++k) if (x + k < high.x && place < pair_capacity) {
+      keys[place] = y * tile_columns + x + k;
+      values[place++] = item;
+    }
     x += kColumnsARound;
     if (x >= high.x) {
       x = low.x;

@@ -104,10 +104,10 @@ Result<void> run_paper_bake(const BakeOptions& options) {
   if (options.verify) verify_tables(tables, show);
   if (auto saved = save_paper_tables(options.out, tables); !saved) return saved;
   if (options.stats.empty()) return {};
-  const nlohmann::ordered_json stats{{"seconds", seconds.count()},
-                                     {"tables",
-                                      {describe(tables.optical_depth), describe(tables.single_scattering),
-                                       describe(tables.multiple_scattering)}}};
+  const nlohmann::ordered_json stats{
+      {"seconds", seconds.count()},
+      {"tables",
+       {describe(tables.optical_depth), describe(tables.single_scattering), describe(tables.multiple_scattering)}}};
   return write_file_atomically(options.stats, stats.dump(2) + '\n');
 }
 
@@ -144,7 +144,8 @@ Command add_bake_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("bake", "Bake the scattering and optical-depth tables");
   const auto options = std::make_shared<BakeOptions>();
   app->add_option("--out", options->out, "Directory for the tables; without it, the cache")->type_name("DIR");
-  app->add_option("--preset", options->preset, "Sizes and accuracy to start from: default or fast; or paper, its 4D tables, to compare")
+  app->add_option("--preset", options->preset,
+                  "Sizes and accuracy to start from: default or fast; or paper, its 4D tables, to compare")
       ->check(CLI::IsMember({"default", "fast", "paper"}))
       ->capture_default_str();
   app->add_option("--phase", options->phase, "Phase function: hg (Henyey-Greenstein) or cs (Cornette-Shanks)")
@@ -152,11 +153,13 @@ Command add_bake_command(CLI::App& program) {
   app->add_option("--g-single", options->g_single, "Asymmetry of single scattering");
   app->add_option("--g-multiple", options->g_multiple, "Asymmetry of the orders from the second on");
   app->add_option("--residual", options->residual, "Relative residual at which a solution counts as converged");
-  app->add_option("--size-optical-depth", options->optical_depth_size, "Vertices along a side of each octahedral map; paper: along each axis")
+  app->add_option("--size-optical-depth", options->optical_depth_size,
+                  "Vertices along a side of each octahedral map; paper: along each axis")
       ->type_name("N");
   app->add_option("--size-scattering", options->scattering_size, "Texels along each axis")
       ->type_name("COSINESxCHORDSxDENSITIES");
-  app->add_flag("--verify", options->verify, "Measure the tables against independent truth; errors go to their JSON files");
+  app->add_flag("--verify", options->verify,
+                "Measure the tables against independent truth; errors go to their JSON files");
   app->add_option("--stats", options->stats, "Seconds, sizes and every parameter: .json")->type_name("FILE");
   app->add_flag("--quiet", options->quiet, "No progress bar");
   return {app, [options] { return run_bake(*options); }};

@@ -27,12 +27,9 @@ int run(int argc, char** argv) {
   program.require_subcommand(0, 1);
   program.option_defaults()->take_last();  // an option given twice: scripts put defaults before what the user typed
   const std::vector<nephele::tools::Command> commands{
-      nephele::tools::add_render_command(program),
-      nephele::tools::add_bake_command(program),
-      nephele::tools::add_probe_command(program),
-      nephele::tools::add_reference_command(program),
-      nephele::tools::add_compare_command(program),
-      nephele::tools::add_sweep_command(program),
+      nephele::tools::add_render_command(program),  nephele::tools::add_bake_command(program),
+      nephele::tools::add_probe_command(program),   nephele::tools::add_reference_command(program),
+      nephele::tools::add_compare_command(program), nephele::tools::add_sweep_command(program),
       nephele::tools::add_devices_command(program),
   };
   try {

@@ -60,9 +60,7 @@ Result<std::vector<std::uint32_t>> parse_axes(const std::string& option, const s
   return sizes;
 }
 
-bool has_frame_number(const std::string& name) {
-  return find_frame_field(name).has_value();
-}
+bool has_frame_number(const std::string& name) { return find_frame_field(name).has_value(); }
 
 std::string frame_file_name(const std::string& name, std::uint64_t frame) {
   const std::optional<FrameField> field = find_frame_field(name);

@@ -130,7 +130,8 @@ std::string table_text(const ProbeRays& rays, const std::vector<shared::vec2>& v
 
 Result<void> run_probe(const ProbeOptions& options) {
   const Quantity quantity = parse_quantity(options.table);
-  const Result<ProbeRays> rays = read_probe_rays(options.rays, quantity == Quantity::multiple ? kMaxMultipleOpticalRadius : kMaxOpticalRadius);
+  const Result<ProbeRays> rays =
+      read_probe_rays(options.rays, quantity == Quantity::multiple ? kMaxMultipleOpticalRadius : kMaxOpticalRadius);
   if (!rays) return rays.error();
   if (auto writable = check_writable(options.out); !writable) return writable;
   const Result<std::unique_ptr<Device>> device = Device::create(DeviceOptions::from_environment(options.device));

@@ -64,8 +64,8 @@ Result<ProbeRay> parse_ray(const std::string& place, const std::array<std::size_
   std::array<double, kColumns.size()> values{};
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
     const bool radius = k == kOpticalRadius;
-    const Result<double> value =
-        parse_number(place, kColumns[k], fields[columns[k]], radius ? 0.0 : -1.001, radius ? max_optical_radius : 1.001);
+    const Result<double> value = parse_number(place, kColumns[k], fields[columns[k]], radius ? 0.0 : -1.001,
+                                              radius ? max_optical_radius : 1.001);
     if (!value) return value.error();
     values[k] = *value;
   }

@@ -192,13 +192,16 @@ Command add_render_command(CLI::App& program) {
   app->add_option("--backend", options->backend, "How overlapping particles are blended (see nephele devices)")
       ->check(CLI::IsMember({"auto", "interlock", "attachment", "tiled", "alpha"}))
       ->capture_default_str();
-  app->add_option("--blend", options->blend, "volume: pairs of particles share their volume; exact: any number (tiled only)")
+  app->add_option("--blend", options->blend,
+                  "volume: pairs of particles share their volume; exact: any number (tiled only)")
       ->check(CLI::IsMember({"volume", "exact"}))
       ->capture_default_str();
-  app->add_option("--method", options->method, "raymarch: the baseline, rays through the same particles in steps; no --backend, --blend")
+  app->add_option("--method", options->method,
+                  "raymarch: the baseline, rays through the same particles in steps; no --backend, --blend")
       ->check(CLI::IsMember({"particles", "raymarch"}))
       ->capture_default_str();
-  app->add_option("--steps", options->steps, "Of a marched ray through eight particles in a row; 16 is coarse, 512 fine")
+  app->add_option("--steps", options->steps,
+                  "Of a marched ray through eight particles in a row; 16 is coarse, 512 fine")
       ->check(CLI::Range(kMinMarchSteps, kMaxMarchSteps))
       ->capture_default_str();
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
@@ -214,7 +217,9 @@ Command add_render_command(CLI::App& program) {
   app->add_option("--warmup", options->warmup, "Frames rendered first, neither timed nor written")
       ->check(CLI::Range(std::uint64_t{0}, kMaxFrames))
       ->capture_default_str();
-  app->add_flag("--reuse", options->reuse, "Do not do again what the frame before left ready, as hosts do; without it every frame's time is that of all its work");
+  app->add_flag("--reuse", options->reuse,
+                "Do not do again what the frame before left ready, as hosts do; without it every frame's time is that "
+                "of all its work");
   app->add_flag("--quiet", options->quiet, "No progress bar");
   return {app, [options] { return run_render(*options); }};
 }

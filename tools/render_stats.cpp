@@ -17,8 +17,9 @@ ordered_json pass_times(const std::vector<FrameStats>& frames) {
   std::map<std::string, std::vector<double>> times;
   for (const FrameStats& frame : frames)
     for (const PassTime& pass : frame.passes) times[pass.name].push_back(pass.gpu_ms);
-  const auto fullest = std::max_element(frames.begin(), frames.end(),
-                                        [](const FrameStats& a, const FrameStats& b) { return a.passes.size() < b.passes.size(); });
+  const auto fullest = std::max_element(frames.begin(), frames.end(), [](const FrameStats& a, const FrameStats& b) {
+    return a.passes.size() < b.passes.size();
+  });
   ordered_json passes = ordered_json::array();
   for (const PassTime& pass : fullest->passes) {
     std::vector<double>& ms = times[pass.name];

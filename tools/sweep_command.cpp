@@ -35,10 +35,12 @@ Result<json> load_results(const std::string& path) {
   return parse_json(*text, path);
 }
 
-Result<void> write_results(const std::string& out, const ordered_json& identity, const Sweep& sweep, const std::vector<SweepRow>& rows) {
-  const std::pair<const char*, std::string> files[] = {{"results.json", sweep_json(identity, sweep, rows).dump(2) + '\n'},
-                                                       {"results.csv", sweep_csv(rows)},
-                                                       {"results.md", sweep_markdown(identity, sweep, rows)}};
+Result<void> write_results(const std::string& out, const ordered_json& identity, const Sweep& sweep,
+                           const std::vector<SweepRow>& rows) {
+  const std::pair<const char*, std::string> files[] = {
+      {"results.json", sweep_json(identity, sweep, rows).dump(2) + '\n'},
+      {"results.csv", sweep_csv(rows)},
+      {"results.md", sweep_markdown(identity, sweep, rows)}};
   for (const auto& [name, text] : files)
     if (auto written = write_file_atomically(out + '/' + name, text); !written) return written;
   return write_sweep_plots(out, rows);
@@ -57,8 +59,11 @@ Result<void> run(const SweepOptions& options) {
   std::error_code failure;
   std::filesystem::create_directories(options.out, failure);
   if (failure) return Error{options.out + ": can't be created: " + failure.message()};
-  const ordered_json identity{{"sweep", sweep->hash}, {"commit", kCommit}, {"device", (*device)->info().name},
-                              {"driver", (*device)->info().driver}, {"processors", std::thread::hardware_concurrency()}};
+  const ordered_json identity{{"sweep", sweep->hash},
+                              {"commit", kCommit},
+                              {"device", (*device)->info().name},
+                              {"driver", (*device)->info().driver},
+                              {"processors", std::thread::hardware_concurrency()}};
   Result<SweepRecord> record = SweepRecord::open(options.out + "/measurements.jsonl", identity);
   if (!record) return record.error();
   if (auto measured = run_sweep(*sweep, **device, *record, options.quiet); !measured) return measured;
@@ -70,7 +75,8 @@ Result<void> run(const SweepOptions& options) {
   if (!comparison) return comparison.error();
   std::fputs(comparison->text.c_str(), stdout);
   if (comparison->slower > 0)
-    return Error{concat(comparison->slower, " of ", comparison->compared, " variants are slower than ", options.slowdown, " times those of ", options.compare)};
+    return Error{concat(comparison->slower, " of ", comparison->compared, " variants are slower than ",
+                        options.slowdown, " times those of ", options.compare)};
   return {};
 }
 
@@ -79,15 +85,21 @@ Result<void> run(const SweepOptions& options) {
 Command add_sweep_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("sweep", "Measure time, work and error of many settings in one run");
   const auto options = std::make_shared<SweepOptions>();
-  app->add_option("--config", options->config, "Scenes, series of settings, their axes (JSON; see tools/sweeps)")->type_name("FILE")->required();
-  app->add_option("--out", options->out, "Directory for results.json, .csv, .md and plots; a sweep cut short goes on there")
+  app->add_option("--config", options->config, "Scenes, series of settings, their axes (JSON; see tools/sweeps)")
+      ->type_name("FILE")
+      ->required();
+  app->add_option("--out", options->out,
+                  "Directory for results.json, .csv, .md and plots; a sweep cut short goes on there")
       ->type_name("DIR")
       ->required();
-  app->add_option("--compare", options->compare, "results.json of an earlier run: prints the ratios; fails where one is slower")->type_name("FILE");
+  app->add_option("--compare", options->compare,
+                  "results.json of an earlier run: prints the ratios; fails where one is slower")
+      ->type_name("FILE");
   app->add_option("--slowdown", options->slowdown, "How many times slower a variant must surely be to fail --compare")
       ->check(CLI::Range(1.0, 100.0))
       ->capture_default_str();
-  app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")->type_name("NAME_OR_INDEX");
+  app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
+      ->type_name("NAME_OR_INDEX");
   app->add_flag("--quiet", options->quiet, "No progress bar");
   return {app, [options] { return run(*options); }};
 }

@@ -25,8 +25,8 @@ std::map<std::string, OldRow> old_rows(const json& results) {
 
 }  // namespace
 
-Result<SweepComparison> compare_sweeps(const std::vector<SweepRow>& rows, const json& old_results, const std::string& old_name,
-                                       double slowdown) {
+Result<SweepComparison> compare_sweeps(const std::vector<SweepRow>& rows, const json& old_results,
+                                       const std::string& old_name, double slowdown) {
   std::map<std::string, OldRow> old;
   try {
     old = old_rows(old_results);
@@ -41,10 +41,12 @@ Result<SweepComparison> compare_sweeps(const std::vector<SweepRow>& rows, const 
     const auto found = old.find(row.variant->picture.key);
     if (found == old.end()) continue;
     const OldRow& before = found->second;
-    const MedianInterval change{row.ms.median / before.ms.median, row.ms.low / before.ms.high, row.ms.high / before.ms.low};
+    const MedianInterval change{row.ms.median / before.ms.median, row.ms.low / before.ms.high,
+                                row.ms.high / before.ms.low};
     const bool slower = change.low > slowdown, agree = overlap(row.ratio, before.ratio);
-    text << row.variant->name() << " | " << shown(before.ms.median) << " | " << shown(row.ms.median) << " | " << shown(change)
-         << (slower ? " SLOWER" : "") << " | " << shown(before.ratio) << " | " << shown(row.ratio) << " | " << (agree ? "yes" : "no") << '\n';
+    text << row.variant->name() << " | " << shown(before.ms.median) << " | " << shown(row.ms.median) << " | "
+         << shown(change) << (slower ? " SLOWER" : "") << " | " << shown(before.ratio) << " | " << shown(row.ratio)
+         << " | " << (agree ? "yes" : "no") << '\n';
     ++comparison.compared;
     comparison.slower += slower;
     agreeing += agree;

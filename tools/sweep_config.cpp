@@ -58,13 +58,17 @@ void read_settings(JsonReader& reader, JsonObject& object, SweepPicture& picture
   } else {
     reader.fail(size.error().message);
   }
-  object.choice("quality", render.quality, {{"low", Quality::low}, {"medium", Quality::medium}, {"high", Quality::high}});
+  object.choice("quality", render.quality,
+                {{"low", Quality::low}, {"medium", Quality::medium}, {"high", Quality::high}});
   object.integer("scale", render.scale);
   if (render.scale != 1 && render.scale != 2 && render.scale != 4)
     reader.fail(concat(object.path_of("scale"), " is ", render.scale, "; accepted: 1, 2 or 4"));
   object.choice("backend", render.backend,
-                {{"auto", Backend::automatic}, {"interlock", Backend::interlock}, {"attachment", Backend::attachment},
-                 {"tiled", Backend::tiled}, {"alpha", Backend::alpha}});
+                {{"auto", Backend::automatic},
+                 {"interlock", Backend::interlock},
+                 {"attachment", Backend::attachment},
+                 {"tiled", Backend::tiled},
+                 {"alpha", Backend::alpha}});
   object.choice("blend", render.blend, {{"volume", BlendMode::volume}, {"exact", BlendMode::exact}});
   object.choice("method", render.method, {{"particles", Method::particles}, {"raymarch", Method::raymarch}});
   object.integer("steps", render.march_steps, kMinMarchSteps, kMaxMarchSteps);
@@ -73,8 +77,8 @@ void read_settings(JsonReader& reader, JsonObject& object, SweepPicture& picture
     reader.fail(object.path_of("table_preset") + ": " + preset.error().message);
   object.integer("ring_size_cells", render.ring_size_cells, kMinRingSizeCells, kMaxRingSizeCells);
   if (render.ring_size_cells % 8 != 0)
-    reader.fail(concat(object.path_of("ring_size_cells"), " is ", render.ring_size_cells, "; accepted: a multiple of 8 from ",
-                       kMinRingSizeCells, " to ", kMaxRingSizeCells));
+    reader.fail(concat(object.path_of("ring_size_cells"), " is ", render.ring_size_cells,
+                       "; accepted: a multiple of 8 from ", kMinRingSizeCells, " to ", kMaxRingSizeCells));
   object.integer("layers", render.layer_count, 1, kMaxLayers);
 }
 
@@ -113,13 +117,18 @@ SweepPicture make_picture(JsonReader& reader, const NamedScene& scene, const jso
   for (const auto& [key, value] : settings.items()) {
     if (!changes_scene(key)) continue;
     json* member = scene_member(document, key);
-    if (member) *member = value;
-    else reader.fail(key + " is not a member of the scene file");
+    if (member)
+      *member = value;
+    else
+      reader.fail(key + " is not a member of the scene file");
     changes += concat(changes.empty() ? " with " : ", ", key, " = ", value.dump());
   }
-  Result<Scene> parsed = parse_scene(document.dump(), scene.file + changes, std::filesystem::path(scene.file).parent_path().string());
-  if (parsed) picture.scene = std::move(*parsed);
-  else reader.fail(parsed.error().message);
+  Result<Scene> parsed =
+      parse_scene(document.dump(), scene.file + changes, std::filesystem::path(scene.file).parent_path().string());
+  if (parsed)
+    picture.scene = std::move(*parsed);
+  else
+    reader.fail(parsed.error().message);
   picture.description = describe(picture, document);
   if (const auto& clouds = picture.scene.clouds; clouds && clouds->weather_map)  // the document only names its file
     picture.description["weather_map"] = hex64(fnv1a(std::as_bytes(std::span(clouds->weather_map->texels))));
@@ -140,7 +149,8 @@ std::string shown(const json& value) { return value.is_string() ? value.get<std:
 std::string short_key(const std::string& key) { return changes_scene(key) ? key.substr(key.rfind('.') + 1) : key; }
 
 // Calls visit(place) for every place on the axes, the last one running fastest.
-void each_place(const json& axes, json::const_iterator axis, json& place, const std::function<void(const json&)>& visit) {
+void each_place(const json& axes, json::const_iterator axis, json& place,
+                const std::function<void(const json&)>& visit) {
   if (axis == axes.end()) return visit(place);
   const json::const_iterator next = std::next(axis);
   for (const json& value : axis.value()) {
@@ -151,7 +161,8 @@ void each_place(const json& axes, json::const_iterator axis, json& place, const 
 
 class SweepReader {
  public:
-  explicit SweepReader(const std::string& path) : directory_(std::filesystem::path(path).parent_path()), reader_(path) {}
+  explicit SweepReader(const std::string& path)
+      : directory_(std::filesystem::path(path).parent_path()), reader_(path) {}
 
   Result<Sweep> read(const json& document) {
     JsonObject root = reader_.root(document);
@@ -182,12 +193,15 @@ class SweepReader {
     object.string("reference", reference);
     if (reader_.error()) return;
     for (const NamedScene& other : scenes_)
-      if (other.name == scene.name) reader_.fail(object.path_of("name") + " is \"" + scene.name + "\", as another scene's");
+      if (other.name == scene.name)
+        reader_.fail(object.path_of("name") + " is \"" + scene.name + "\", as another scene's");
     scene.file = beside(scene.file);
     const Result<std::string> text = read_text_file(scene.file);
     const Result<json> document = text ? parse_json(*text, scene.file) : Result<json>(text.error());
-    if (document) scene.document = *document;
-    else reader_.fail(document.error().message);
+    if (document)
+      scene.document = *document;
+    else
+      reader_.fail(document.error().message);
     if (!reference.empty()) read_reference(beside(reference), scene);
     scenes_.push_back(std::move(scene));
   }
@@ -215,7 +229,8 @@ class SweepReader {
     series.settings = read_raw_settings(object, "settings");
     if (const json* axes = object.value("axes")) series.axes = *axes;
     const std::string path = object.path_of("axes");
-    if (!series.axes.is_object()) return reader_.fail(path + " is " + series.axes.dump() + "; accepted: an object of arrays");
+    if (!series.axes.is_object())
+      return reader_.fail(path + " is " + series.axes.dump() + "; accepted: an object of arrays");
     for (const auto& [key, values] : series.axes.items()) {
       if (!values.is_array() || values.empty())
         return reader_.fail(path + '.' + key + " is " + values.dump() + "; accepted: an array of at least one value");
@@ -227,7 +242,8 @@ class SweepReader {
       }
     }
     for (const Series& other : series_)
-      if (other.name == series.name) reader_.fail(object.path_of("name") + " is \"" + series.name + "\", as another series'");
+      if (other.name == series.name)
+        reader_.fail(object.path_of("name") + " is \"" + series.name + "\", as another series'");
     series_.push_back(std::move(series));
   }
 
@@ -244,7 +260,8 @@ class SweepReader {
           add_variant(scene, series, at);
           if (reader_.error()) return;
           const SweepVariant& added = sweep_.variants.back();
-          if (!keys.insert(added.picture.key).second) reader_.fail("the variant \"" + added.name() + "\" is the same as one before it");
+          if (!keys.insert(added.picture.key).second)
+            reader_.fail("the variant \"" + added.name() + "\" is the same as one before it");
           everything.push_back({added.name(), added.picture.key, scene.reference_hash,
                                 added.reference_picture ? added.reference_picture->key : ""});
         });
@@ -254,18 +271,21 @@ class SweepReader {
   }
 
   void add_variant(const NamedScene& scene, const Series& series, const json& place) {
-    if (sweep_.variants.size() == kMaxVariants) return reader_.fail(concat("there are more than ", kMaxVariants, " variants"));
+    if (sweep_.variants.size() == kMaxVariants)
+      return reader_.fail(concat("there are more than ", kMaxVariants, " variants"));
     json settings = common_;
     settings.update(series.settings);
     settings.update(place);
-    SweepVariant variant{.scene = scene.name, .series = series.name, .axes = place, .picture = make_picture(reader_, scene, settings)};
+    SweepVariant variant{
+        .scene = scene.name, .series = series.name, .axes = place, .picture = make_picture(reader_, scene, settings)};
     for (const auto& [key, value] : place.items())
       variant.place += concat(variant.place.empty() ? "" : " ", short_key(key), '=', shown(value));
     if (scene.reference) {
       const RenderSettings& render = variant.picture.render;
       if (scene.reference->width != render.width || scene.reference->height != render.height)
-        reader_.fail(concat("the reference of scene ", scene.name, " has ", scene.reference->width, 'x', scene.reference->height,
-                            " pixels; the variant \"", variant.name(), "\" has ", render.width, 'x', render.height));
+        reader_.fail(concat("the reference of scene ", scene.name, " has ", scene.reference->width, 'x',
+                            scene.reference->height, " pixels; the variant \"", variant.name(), "\" has ", render.width,
+                            'x', render.height));
       variant.reference_image = scene.reference;
     } else if (reference_) {
       json reference_settings = view_of(settings);

@@ -3,12 +3,12 @@
 //
 //   {"scenes": [{"name": "fair", "file": "../scenes/fair_weather.json", "reference": "fair.exr"}],
 //    "settings": {"resolution": "320x180"},
-//    "series": [{"name": "exact", "settings": {"blend": "exact"}, "axes": {"quality": ["low", "high"], "scale": [1, 2]}}],
-//    "reference": {"quality": "high"}, "warmup_frames": 1, "frames": 3, "repetitions": 7}
+//    "series": [{"name": "exact", "settings": {"blend": "exact"}, "axes": {"quality": ["low", "high"], "scale": [1,
+//    2]}}], "reference": {"quality": "high"}, "warmup_frames": 1, "frames": 3, "repetitions": 7}
 //
 // Settings: resolution, quality, scale, method, steps, backend, blend, table_preset, ring_size_cells, layers, and
-// "scene.PATH" for any member of the scene file, as in "scene.clouds.view_distance_m". A variant has the sweep's settings, then its series',
-// then its place on the axes. Files are found from the configuration's directory.
+// "scene.PATH" for any member of the scene file, as in "scene.clouds.view_distance_m". A variant has the sweep's
+// settings, then its series', then its place on the axes. Files are found from the configuration's directory.
 //
 // Errors are measured against the scene's reference, an EXR file of the variants' resolution, or else against the image
 // of the top-level reference settings for the variant's own scene and resolution.
@@ -38,8 +38,8 @@ struct SweepPicture {
 
 struct SweepVariant {
   std::string scene, series;
-  std::string place;      // on the axes: "quality=low scale=2"
-  nlohmann::json axes;    // the same as an object
+  std::string place;    // on the axes: "quality=low scale=2"
+  nlohmann::json axes;  // the same as an object
   SweepPicture picture;
   std::shared_ptr<const ImageF> reference_image;  // from a file
   std::optional<SweepPicture> reference_picture;  // to be rendered; neither: no errors are measured

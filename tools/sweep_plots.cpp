@@ -70,9 +70,10 @@ struct Point {
 };
 class Plot {
  public:
-  Plot(std::ostream& script, std::string stem, const std::string& title, const std::string& x, const std::string& y) : script_(script), stem_(std::move(stem)) {
-    script_ << "\nset output '" << stem_ << ".svg'\nset title " << gnuplot_text(title) << "\nset xlabel " << gnuplot_text(x) << "\nset ylabel "
-            << gnuplot_text(y) << '\n';
+  Plot(std::ostream& script, std::string stem, const std::string& title, const std::string& x, const std::string& y)
+      : script_(script), stem_(std::move(stem)) {
+    script_ << "\nset output '" << stem_ << ".svg'\nset title " << gnuplot_text(title) << "\nset xlabel "
+            << gnuplot_text(x) << "\nset ylabel " << gnuplot_text(y) << '\n';
   }
   void curve(const std::string& title, std::vector<Point> points, const std::string& style, bool labels) {
     std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) { return a.x < b.x; });
@@ -80,8 +81,11 @@ class Plot {
     script_ << block << " << EOD\n";
     for (const Point& point : points) script_ << point.x << ' ' << point.y << ' ' << gnuplot_text(point.label) << '\n';
     script_ << "EOD\n";
-    plots_ += (plots_.empty() ? "plot " : ", \\\n  ") + block + " using 1:2 with " + style + " title " + gnuplot_text(title);
-    if (labels) plots_ += ", \\\n  " + block + " using 1:2:3 with labels offset 0.6,0.5 left font ',8' textcolor rgb '#666666' notitle";
+    plots_ +=
+        (plots_.empty() ? "plot " : ", \\\n  ") + block + " using 1:2 with " + style + " title " + gnuplot_text(title);
+    if (labels)
+      plots_ +=
+          ", \\\n  " + block + " using 1:2:3 with labels offset 0.6,0.5 left font ',8' textcolor rgb '#666666' notitle";
   }
   ~Plot() { script_ << plots_ << '\n'; }
   Plot(const Plot&) = delete;
@@ -102,17 +106,18 @@ void error_plot(std::ostream& script, const std::string& scene, const std::vecto
   std::map<std::string, std::vector<Point>> series;
   std::vector<std::string> names;
   for (const SweepRow* row : rows) {
-    if (!row->errors || !(row->errors->relmse > 0)) continue;  // the reference itself has no place on a logarithmic axis
+    if (!row->errors || !(row->errors->relmse > 0))
+      continue;  // the reference itself has no place on a logarithmic axis
     if (!series.contains(row->variant->series)) names.push_back(row->variant->series);
     series[row->variant->series].push_back({row->ms.median, row->errors->relmse, ""});
-    if (row->on_front) front.push_back({row->ms.median, row->errors->relmse, row->variant->series + ' ' + row->variant->place});
+    if (row->on_front)
+      front.push_back({row->ms.median, row->errors->relmse, row->variant->series + ' ' + row->variant->place});
   }
   if (names.empty()) return;
   script << kTerminal << "620\n" << logarithmic_axes();
   Plot plot(script, "error_" + file_stem(scene), scene + ": error against time", "ms a frame (median)", "relMSE");
   if (!front.empty()) plot.curve("Pareto front", front, "steps linewidth 2 linecolor rgb '#bbbbbb'", true);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    plot.curve(names[i], series[names[i]], "points" + marks(i), false);
+  for (std::size_t i = 0; i < names.size(); ++i) plot.curve(names[i], series[names[i]], "points" + marks(i), false);
 }
 
 void passes_plot(std::ostream& script, const std::string& scene, const std::vector<const SweepRow*>& rows) {
@@ -133,15 +138,18 @@ void passes_plot(std::ostream& script, const std::string& scene, const std::vect
 
   const std::string stem = "passes_" + file_stem(scene);
   script << kTerminal << 160 + 18 * rows.size() << "\nunset logscale\nset xtics autofreq\n"
-         << "set output '" << stem << ".svg'\nset title " << gnuplot_text(scene + ": cost by pass") << "\nset xlabel \"ms (medians)\"\nunset ylabel\n"
-         << "set key outside bottom center maxrows 3\nset yrange [" << static_cast<double>(rows.size()) - 0.4 << ":-0.6]\n$" << stem << " << EOD\n";
+         << "set output '" << stem << ".svg'\nset title " << gnuplot_text(scene + ": cost by pass")
+         << "\nset xlabel \"ms (medians)\"\nunset ylabel\n"
+         << "set key outside bottom center maxrows 3\nset yrange [" << static_cast<double>(rows.size()) - 0.4
+         << ":-0.6]\n$" << stem << " << EOD\n";
   for (const SweepRow* row : rows) {
     double rest = 0;
     for (const auto& [name, ms] : row->passes_ms)
       if (std::find(passes.begin(), passes.end(), name) == passes.end()) rest += ms;
     script << gnuplot_text(row->variant->series + ' ' + row->variant->place);
     for (const std::string& pass : passes) {
-      const auto found = std::find_if(row->passes_ms.begin(), row->passes_ms.end(), [&](const auto& own) { return own.first == pass; });
+      const auto found = std::find_if(row->passes_ms.begin(), row->passes_ms.end(),
+                                      [&](const auto& own) { return own.first == pass; });
       script << ' ' << (found == row->passes_ms.end() ? 0 : found->second);
     }
     script << ' ' << rest << '\n';
@@ -152,25 +160,28 @@ void passes_plot(std::ostream& script, const std::string& scene, const std::vect
   std::string sum = "0", plots;
   for (std::size_t i = 0; i < passes.size(); ++i) {
     const std::string with = sum + "+$" + std::to_string(i + 2);
-    plots += (plots.empty() ? "plot $" : ", \\\n  $") + stem + " using (" + sum + "):0:(" + sum + "):(" + with + "):($0-0.38):($0+0.38)" +
-             (i == 0 ? ":ytic(1)" : "") + " with boxxyerror fillstyle solid 0.85 linetype " + std::to_string(i + 1) + " title " + gnuplot_text(passes[i]);
+    plots += (plots.empty() ? "plot $" : ", \\\n  $") + stem + " using (" + sum + "):0:(" + sum + "):(" + with +
+             "):($0-0.38):($0+0.38)" + (i == 0 ? ":ytic(1)" : "") + " with boxxyerror fillstyle solid 0.85 linetype " +
+             std::to_string(i + 1) + " title " + gnuplot_text(passes[i]);
     sum = with;
   }
   script << plots << "\nunset yrange\nset ytics autofreq\n";
 }
 
 // The cost of every series in every scene that varies `along`, against x.
-void cost_plot(std::ostream& script, const std::vector<SweepRow>& rows, const std::string& stem, const std::string& x_label,
-               const std::function<std::optional<double>(const SweepRow&)>& x_of) {
+void cost_plot(std::ostream& script, const std::vector<SweepRow>& rows, const std::string& stem,
+               const std::string& x_label, const std::function<std::optional<double>(const SweepRow&)>& x_of) {
   std::map<std::string, std::vector<Point>> curves;
   const auto curve_of = [](const SweepRow& row) { return row.variant->scene + ", " + row.variant->series; };
   for (const SweepRow& row : rows)
     if (const auto x = x_of(row)) curves[curve_of(row)].push_back({*x, row.ms.median, row.variant->place});
   std::erase_if(curves, [](const auto& curve) {
-    return std::all_of(curve.second.begin(), curve.second.end(), [&](const Point& p) { return p.x == curve.second.front().x; });
+    return std::all_of(curve.second.begin(), curve.second.end(),
+                       [&](const Point& p) { return p.x == curve.second.front().x; });
   });
   if (curves.empty()) return;
-  script << "\nset terminal svg noenhanced size 900,520 background '#ffffff' font 'Helvetica,12'\nset logscale xy\nset key outside right top\n";
+  script << "\nset terminal svg noenhanced size 900,520 background '#ffffff' font 'Helvetica,12'\nset logscale xy\nset "
+            "key outside right top\n";
   Plot plot(script, stem, "Cost against " + x_label, x_label, "ms a frame (median)");
   std::size_t index = 0;
   for (const std::string& name : in_order(rows, curve_of))
@@ -185,7 +196,9 @@ bool varies(const SweepRow& row, const char* axis) { return row.variant->axes.co
 
 std::string sweep_plot_script(const std::vector<SweepRow>& rows) {
   std::ostringstream script;
-  script << "# Written by nephele sweep; run: gnuplot plots.gp\nset encoding utf8\nset grid back linecolor rgb '#dddddd'\n" << kLooks;
+  script
+      << "# Written by nephele sweep; run: gnuplot plots.gp\nset encoding utf8\nset grid back linecolor rgb '#dddddd'\n"
+      << kLooks;
   for (const std::string& scene : in_order(rows, [](const SweepRow& row) { return row.variant->scene; })) {
     const std::vector<const SweepRow*> own = rows_of_scene(rows, scene);
     error_plot(script, scene, own);
@@ -219,7 +232,10 @@ Result<void> write_sweep_plots(const std::string& directory, const std::vector<S
   ::posix_spawn_file_actions_destroy(&actions);
   int status = 0;
   if (spawned != 0 || ::waitpid(child, &status, 0) != child || status != 0)
-    std::fprintf(stderr, "nephele: no plots were drawn: they need gnuplot (Debian package gnuplot-nox); then run it on %s/plots.gp\n", directory.c_str());
+    std::fprintf(
+        stderr,
+        "nephele: no plots were drawn: they need gnuplot (Debian package gnuplot-nox); then run it on %s/plots.gp\n",
+        directory.c_str());
   return {};
 }
 

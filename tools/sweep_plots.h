@@ -1,5 +1,5 @@
-// Plots of a sweep as one gnuplot script that holds its data: time against error with the Pareto front, cost by pass, and
-// cost against particles, pixels and distance, as far as the sweep varies them.
+// Plots of a sweep as one gnuplot script that holds its data: time against error with the Pareto front, cost by pass,
+// and cost against particles, pixels and distance, as far as the sweep varies them.
 #pragma once
 
 #include <string>

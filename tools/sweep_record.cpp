@@ -17,7 +17,8 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json to_json(const SweepMeasurement& m) {
-  ordered_json line{{"variant", m.variant}, {"repetition", m.repetition}, {"frame_ms", m.frame_ms}, {"cpu_ms", m.cpu_ms}};
+  ordered_json line{
+      {"variant", m.variant}, {"repetition", m.repetition}, {"frame_ms", m.frame_ms}, {"cpu_ms", m.cpu_ms}};
   for (const auto& [name, ms] : m.passes_ms) line["passes_ms"][name] = ms;
   for (const auto& [name, count] : m.work) line["work"][name] = count;
   if (m.errors) line["errors"] = {{"rmse", m.errors->rmse}, {"relmse", m.errors->relmse}, {"bias", m.errors->bias}};
@@ -25,9 +26,12 @@ ordered_json to_json(const SweepMeasurement& m) {
 }
 
 SweepMeasurement from_json(const ordered_json& line) {
-  SweepMeasurement m{.variant = line.at("variant"), .repetition = line.at("repetition"), .frame_ms = line.at("frame_ms"),
+  SweepMeasurement m{.variant = line.at("variant"),
+                     .repetition = line.at("repetition"),
+                     .frame_ms = line.at("frame_ms"),
                      .cpu_ms = line.at("cpu_ms")};
-  for (const auto& [name, ms] : line.at("passes_ms").items()) m.passes_ms.emplace_back(name, ms.get<std::vector<double>>());
+  for (const auto& [name, ms] : line.at("passes_ms").items())
+    m.passes_ms.emplace_back(name, ms.get<std::vector<double>>());
   for (const auto& [name, count] : line.at("work").items()) m.work.emplace_back(name, count.get<std::uint64_t>());
   if (line.contains("errors")) {
     const ordered_json& errors = line["errors"];
@@ -36,7 +40,9 @@ SweepMeasurement from_json(const ordered_json& line) {
   return m;
 }
 
-Error failed(const std::string& path, const char* what) { return Error{path + ": can't be " + what + ": " + std::strerror(errno)}; }
+Error failed(const std::string& path, const char* what) {
+  return Error{path + ": can't be " + what + ": " + std::strerror(errno)};
+}
 
 }  // namespace
 
@@ -60,22 +66,25 @@ Result<SweepRecord> SweepRecord::open(const std::string& path, const ordered_jso
       if (line_number > 1)
         record.measurements_.push_back(from_json(line));
       else if (line != identity)
-        return Error{concat(path, ": holds the measurements of another sweep, program or device (", line.dump(), "); this is ",
-                            identity.dump(), "; give another --out or remove it")};
+        return Error{concat(path, ": holds the measurements of another sweep, program or device (", line.dump(),
+                            "); this is ", identity.dump(), "; give another --out or remove it")};
     } catch (const ordered_json::exception&) {
       return Error{concat(path, ": line ", line_number, " is not a measurement; give another --out or remove it")};
     }
     start = end + 1;
   }
   // Refused records are left as they were; only now is a torn line cut off.
-  if (complete < text.size() && ::ftruncate(record.descriptor_, static_cast<off_t>(complete)) != 0) return failed(path, "shortened");
+  if (complete < text.size() && ::ftruncate(record.descriptor_, static_cast<off_t>(complete)) != 0)
+    return failed(path, "shortened");
   if (complete == 0)
     if (auto begun = record.append(identity); !begun) return begun.error();
   return record;
 }
 
 SweepRecord::SweepRecord(SweepRecord&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), measurements_(std::move(other.measurements_)) {}
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      measurements_(std::move(other.measurements_)) {}
 
 SweepRecord::~SweepRecord() {
   if (descriptor_ >= 0) ::close(descriptor_);

@@ -21,9 +21,9 @@ struct SweepErrors {
 struct SweepMeasurement {
   std::string variant;  // its picture's key
   std::uint32_t repetition = 0;
-  std::vector<double> frame_ms, cpu_ms;                               // one a frame
-  std::vector<std::pair<std::string, std::vector<double>>> passes_ms; // in frame order; one a frame
-  std::vector<std::pair<std::string, std::uint64_t>> work;            // counters and bytes of the last frame
+  std::vector<double> frame_ms, cpu_ms;                                // one a frame
+  std::vector<std::pair<std::string, std::vector<double>>> passes_ms;  // in frame order; one a frame
+  std::vector<std::pair<std::string, std::uint64_t>> work;             // counters and bytes of the last frame
   std::optional<SweepErrors> errors;
 };
 

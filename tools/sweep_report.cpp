@@ -32,14 +32,16 @@ SweepRow row_of(const SweepVariant& variant, const std::vector<const SweepMeasur
   row.frame_ms = percentiles(frame_ms);
   row.ms = median_interval(row.repetition_ms);
   row.cpu_ms = percentiles(cpu_ms).median;
-  for (const auto& [name, ms] : measurements.front()->passes_ms) row.passes_ms.emplace_back(name, percentiles(passes_ms[name]).median);
+  for (const auto& [name, ms] : measurements.front()->passes_ms)
+    row.passes_ms.emplace_back(name, percentiles(passes_ms[name]).median);
   row.work = measurements.front()->work;
   return row;
 }
 
 MedianInterval ratio_of(const SweepRow& row, const SweepRow& baseline) {
   std::vector<double> ratios;
-  for (std::size_t i = 0; i < row.repetition_ms.size(); ++i) ratios.push_back(row.repetition_ms[i] / baseline.repetition_ms[i]);
+  for (std::size_t i = 0; i < row.repetition_ms.size(); ++i)
+    ratios.push_back(row.repetition_ms[i] / baseline.repetition_ms[i]);
   return median_interval(ratios);
 }
 
@@ -122,17 +124,18 @@ ordered_json sweep_json(const ordered_json& identity, const Sweep& sweep, const 
                       {"variants", ordered_json::array()}};
   for (const SweepRow& row : rows) {
     const SweepVariant& variant = *row.variant;
-    ordered_json json{{"name", variant.name()},
-                      {"key", variant.picture.key},
-                      {"scene", variant.scene},
-                      {"series", variant.series},
-                      {"axes", variant.axes},
-                      {"settings", variant.picture.description},
-                      {"frame_ms", {{"median", row.frame_ms.median}, {"p95", row.frame_ms.p95}, {"min", row.frame_ms.min}}},
-                      {"repetition_ms", row.repetition_ms},
-                      {"ms", to_json(row.ms)},
-                      {"ratio", to_json(row.ratio)},
-                      {"cpu_ms", row.cpu_ms}};
+    ordered_json json{
+        {"name", variant.name()},
+        {"key", variant.picture.key},
+        {"scene", variant.scene},
+        {"series", variant.series},
+        {"axes", variant.axes},
+        {"settings", variant.picture.description},
+        {"frame_ms", {{"median", row.frame_ms.median}, {"p95", row.frame_ms.p95}, {"min", row.frame_ms.min}}},
+        {"repetition_ms", row.repetition_ms},
+        {"ms", to_json(row.ms)},
+        {"ratio", to_json(row.ratio)},
+        {"cpu_ms", row.cpu_ms}};
     for (const auto& [name, ms] : row.passes_ms) json["passes"].push_back({{"name", name}, {"ms", ms}});
     for (const auto& [name, count] : row.work) json[name] = count;
     if (row.errors) {
@@ -151,19 +154,26 @@ std::string sweep_csv(const std::vector<SweepRow>& rows) {
       if (std::find(passes.begin(), passes.end(), name) == passes.end()) passes.push_back(name);
 
   std::ostringstream csv;
-  csv << "scene,series,axes,frame_ms_median,frame_ms_p95,frame_ms_min,ratio,ratio_low,ratio_high,cpu_ms,rmse,relmse,bias,pareto";
+  csv << "scene,series,axes,frame_ms_median,frame_ms_p95,frame_ms_min,ratio,ratio_low,ratio_high,cpu_ms,rmse,relmse,"
+         "bias,pareto";
   for (const auto& [name, count] : rows.front().work) csv << ',' << name;
   for (const std::string& pass : passes) csv << ',' << csv_field(pass + "_ms");
   csv << '\n';
   for (const SweepRow& row : rows) {
-    csv << csv_field(row.variant->scene) << ',' << csv_field(row.variant->series) << ',' << csv_field(row.variant->place);
-    for (const double value : {row.frame_ms.median, row.frame_ms.p95, row.frame_ms.min, row.ratio.median, row.ratio.low, row.ratio.high, row.cpu_ms})
+    csv << csv_field(row.variant->scene) << ',' << csv_field(row.variant->series) << ','
+        << csv_field(row.variant->place);
+    for (const double value : {row.frame_ms.median, row.frame_ms.p95, row.frame_ms.min, row.ratio.median, row.ratio.low,
+                               row.ratio.high, row.cpu_ms})
       csv << ',' << exact(value);
-    if (row.errors) csv << ',' << exact(row.errors->rmse) << ',' << exact(row.errors->relmse) << ',' << exact(row.errors->bias) << ',' << row.on_front;
-    else csv << ",,,,";
+    if (row.errors)
+      csv << ',' << exact(row.errors->rmse) << ',' << exact(row.errors->relmse) << ',' << exact(row.errors->bias) << ','
+          << row.on_front;
+    else
+      csv << ",,,,";
     for (const auto& [name, count] : row.work) csv << ',' << count;
     for (const std::string& pass : passes) {
-      const auto found = std::find_if(row.passes_ms.begin(), row.passes_ms.end(), [&](const auto& own) { return own.first == pass; });
+      const auto found =
+          std::find_if(row.passes_ms.begin(), row.passes_ms.end(), [&](const auto& own) { return own.first == pass; });
       csv << ',' << (found == row.passes_ms.end() ? "" : exact(found->second));
     }
     csv << '\n';
@@ -174,24 +184,32 @@ std::string sweep_csv(const std::vector<SweepRow>& rows) {
 std::string sweep_markdown(const ordered_json& identity, const Sweep& sweep, const std::vector<SweepRow>& rows) {
   std::ostringstream text;
   text << identity.at("device").get<std::string>() << ", " << identity.at("driver").get<std::string>() << ", "
-       << identity.at("processors") << " processors, commit " << identity.at("commit").get<std::string>() << ". " << sweep.repetitions
-       << " repetitions of " << sweep.frames << " frames, variants in turn; [ ] holds the median with 95 % confidence (the range, of fewer "
+       << identity.at("processors") << " processors, commit " << identity.at("commit").get<std::string>() << ". "
+       << sweep.repetitions << " repetitions of " << sweep.frames
+       << " frames, variants in turn; [ ] holds the median with 95 % confidence (the range, of fewer "
           "than six repetitions).\n";
   each_scene(rows, [&](std::size_t first, std::size_t end) {
-    const bool errors = std::any_of(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.begin() + static_cast<std::ptrdiff_t>(end),
-                                    [](const SweepRow& row) { return row.errors.has_value(); });
-    text << "\nScene " << rows[first].variant->scene << (errors ? "; in bold what is on the Pareto front" : "") << ":\n\n"
-         << "| series | | ms | p95 | ratio |" << (errors ? " RMSE | relMSE | bias |" : "") << " particles | visible | shaded | MiB |\n"
+    const bool errors =
+        std::any_of(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.begin() + static_cast<std::ptrdiff_t>(end),
+                    [](const SweepRow& row) { return row.errors.has_value(); });
+    text << "\nScene " << rows[first].variant->scene << (errors ? "; in bold what is on the Pareto front" : "")
+         << ":\n\n"
+         << "| series | | ms | p95 | ratio |" << (errors ? " RMSE | relMSE | bias |" : "")
+         << " particles | visible | shaded | MiB |\n"
          << "|---|---|---|---|---|" << (errors ? "---|---|---|" : "") << "---|---|---|---|\n";
     for (std::size_t i = first; i < end; ++i) {
       const SweepRow& row = rows[i];
       const char* bold = row.on_front ? "**" : "";
-      text << "| " << row.variant->series << " | " << row.variant->place << " | " << bold << shown(row.frame_ms.median) << bold << " | "
-           << shown(row.frame_ms.p95) << " | " << shown(row.ratio) << " |";
-      if (row.errors) text << ' ' << shown(row.errors->rmse) << " | " << bold << shown(row.errors->relmse) << bold << " | " << shown(row.errors->bias) << " |";
-      else if (errors) text << " | | |";
+      text << "| " << row.variant->series << " | " << row.variant->place << " | " << bold << shown(row.frame_ms.median)
+           << bold << " | " << shown(row.frame_ms.p95) << " | " << shown(row.ratio) << " |";
+      if (row.errors)
+        text << ' ' << shown(row.errors->rmse) << " | " << bold << shown(row.errors->relmse) << bold << " | "
+             << shown(row.errors->bias) << " |";
+      else if (errors)
+        text << " | | |";
       text << ' ' << row.work_of("particles_generated") << " | " << row.work_of("particles_visible") << " | "
-           << row.work_of("fragments_shaded") + row.work_of("pairs_shaded") << " | " << row.work_of("gpu_memory_bytes") / 1048576 << " |\n";
+           << row.work_of("fragments_shaded") + row.work_of("pairs_shaded") << " | "
+           << row.work_of("gpu_memory_bytes") / 1048576 << " |\n";
     }
   });
   return text.str();

@@ -20,10 +20,10 @@ struct SweepRow {
   MedianInterval ms;                  // of these
   MedianInterval ratio;               // to the scene's first variant, repetition by repetition
   double cpu_ms = 0;
-  std::vector<std::pair<std::string, double>> passes_ms;      // medians over all frames, in frame order
+  std::vector<std::pair<std::string, double>> passes_ms;  // medians over all frames, in frame order
   std::vector<std::pair<std::string, std::uint64_t>> work;
   std::optional<SweepErrors> errors;
-  bool on_front = false;              // no variant of the scene is both faster and nearer to the reference (relmse)
+  bool on_front = false;  // no variant of the scene is both faster and nearer to the reference (relmse)
 
   std::uint64_t work_of(const std::string& name) const;
 };
@@ -32,9 +32,11 @@ struct SweepRow {
 std::vector<SweepRow> sweep_rows(const Sweep& sweep, const std::vector<SweepMeasurement>& measurements);
 
 // identity: commit, device and the like, as in the record.
-nlohmann::ordered_json sweep_json(const nlohmann::ordered_json& identity, const Sweep& sweep, const std::vector<SweepRow>& rows);
+nlohmann::ordered_json sweep_json(const nlohmann::ordered_json& identity, const Sweep& sweep,
+                                  const std::vector<SweepRow>& rows);
 std::string sweep_csv(const std::vector<SweepRow>& rows);
-std::string sweep_markdown(const nlohmann::ordered_json& identity, const Sweep& sweep, const std::vector<SweepRow>& rows);
+std::string sweep_markdown(const nlohmann::ordered_json& identity, const Sweep& sweep,
+                           const std::vector<SweepRow>& rows);
 
 // "1.02 [0.98, 1.07]"
 std::string shown(const MedianInterval& interval);

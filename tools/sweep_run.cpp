@@ -21,7 +21,8 @@ ImageF linear_image(Renderer& renderer, const RenderSettings& settings) {
   ImageF image{settings.width, settings.height, {"R", "G", "B"}, {}};
   const std::vector<float> rgba = renderer.read_hdr();
   image.data.reserve(rgba.size() / 4 * 3);
-  for (std::size_t i = 0; i < rgba.size(); i += 4) image.data.insert(image.data.end(), {rgba[i], rgba[i + 1], rgba[i + 2]});
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    image.data.insert(image.data.end(), {rgba[i], rgba[i + 1], rgba[i + 2]});
   return image;
 }
 
@@ -60,7 +61,8 @@ class SweepRun {
     const std::string key = concat(picture.table_preset, ' ', parameters.phase_function, ' ', parameters.g_multiple);
     if (const auto found = tables_.find(key); found != tables_.end()) return &found->second;
     Result<Tables> tables =
-        load_or_bake(parameters, default_cache_dir(), [&](const std::string& stage, double fraction) { progress_.show(stage, fraction); });
+        load_or_bake(parameters, default_cache_dir(),
+                     [&](const std::string& stage, double fraction) { progress_.show(stage, fraction); });
     if (!tables) return tables.error();
     return &tables_.emplace(key, std::move(*tables)).first->second;
   }
@@ -87,7 +89,8 @@ class SweepRun {
   Result<SweepErrors> errors_of(const SweepVariant& variant, const ImageF& image) {
     const Result<const ImageF*> reference = reference_for(variant);
     if (!reference) return reference.error();
-    const Result<ImageErrors> errors = compare_images(image, variant.name(), **reference, "its reference", image.channels);
+    const Result<ImageErrors> errors =
+        compare_images(image, variant.name(), **reference, "its reference", image.channels);
     if (!errors) return errors.error();
     return SweepErrors{errors->rmse, errors->relmse, errors->bias};
   }
@@ -142,15 +145,19 @@ class SweepRun {
     if (measurement.passes_ms.empty())
       for (const PassTime& pass : stats.passes) measurement.passes_ms.emplace_back(pass.name, std::vector<double>());
     NEPHELE_CHECK(stats.passes.size() == measurement.passes_ms.size());
-    for (std::size_t i = 0; i < stats.passes.size(); ++i) measurement.passes_ms[i].second.push_back(stats.passes[i].gpu_ms);
+    for (std::size_t i = 0; i < stats.passes.size(); ++i)
+      measurement.passes_ms[i].second.push_back(stats.passes[i].gpu_ms);
   }
 
   static void add_work(const FrameStats& stats, std::uint64_t bytes, SweepMeasurement& measurement) {
     std::uint64_t lost = 0;
     for (const auto& [buffer, count] : stats.overflow) lost += count;
-    measurement.work = {{"particles_generated", stats.particles_generated}, {"particles_visible", stats.particles_visible},
-                        {"fragments_shaded", stats.fragments_shaded}, {"pairs_shaded", stats.pairs_shaded},
-                        {"overflow", lost}, {"gpu_memory_bytes", bytes}};
+    measurement.work = {{"particles_generated", stats.particles_generated},
+                        {"particles_visible", stats.particles_visible},
+                        {"fragments_shaded", stats.fragments_shaded},
+                        {"pairs_shaded", stats.pairs_shaded},
+                        {"overflow", lost},
+                        {"gpu_memory_bytes", bytes}};
   }
 
   void show_progress(const std::string& name) {
@@ -159,7 +166,9 @@ class SweepRun {
     std::string label = name;
     if (measured_ > 0) {
       const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-      label = concat("about ", std::ceil(seconds / static_cast<double>(measured_) * static_cast<double>(total - done) / 60), " min left: ", name);
+      label =
+          concat("about ", std::ceil(seconds / static_cast<double>(measured_) * static_cast<double>(total - done) / 60),
+                 " min left: ", name);
     } else {
       start_ = Clock::now();
     }

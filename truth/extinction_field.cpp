@@ -320,8 +320,6 @@ void ExtinctionField::guess_sun(const vec3& sun_direction) {
   });
 }
 
-float ExtinctionField::sun_guess(const vec3& p_m) const {
-  return sun_guess_[index(cell_at(p_m))];
-}
+float ExtinctionField::sun_guess(const vec3& p_m) const { return sun_guess_[index(cell_at(p_m))]; }
 
 }  // namespace nephele::truth

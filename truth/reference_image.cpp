@@ -24,9 +24,7 @@ struct StateHeader {
   std::uint32_t width = 0, height = 0, samples = 0, bytes_per_pixel = 0;
 };
 
-double luminance(const glm::vec3& radiance) {
-  return 0.2126 * radiance.r + 0.7152 * radiance.g + 0.0722 * radiance.b;
-}
+double luminance(const glm::vec3& radiance) { return 0.2126 * radiance.r + 0.7152 * radiance.g + 0.0722 * radiance.b; }
 
 }  // namespace
 

@@ -145,9 +145,7 @@ Surroundings::Surroundings(const Scene& scene, std::optional<vec3> uniform_sky, 
 
 Surroundings::~Surroundings() = default;
 
-float Surroundings::altitude_m(const vec3& p_m) const {
-  return shared::altitude_m(p_m, camera_altitude_m_);
-}
+float Surroundings::altitude_m(const vec3& p_m) const { return shared::altitude_m(p_m, camera_altitude_m_); }
 
 vec3 Surroundings::ground_normal(const vec3& p_m) const {
   return vec3(glm::normalize(glm::dvec3(p_m) + glm::dvec3(0, 0, double{shared::kPlanetRadiusM} + camera_altitude_m_)));

@@ -4,8 +4,8 @@
 // (transmittance axes, aerosol phase applied at look-up).
 //
 // Everything is written with the altitude h above the sphere instead of the radius R + h: in float the radius has
-// half a metre of resolution, the altitude a fraction of a millimetre. Angles are cosines (mu = cosine of the zenith angle).
-// The tables hold light per unit of the sun's irradiance at the top of the atmosphere, channel by channel.
+// half a metre of resolution, the altitude a fraction of a millimetre. Angles are cosines (mu = cosine of the zenith
+// angle). The tables hold light per unit of the sun's irradiance at the top of the atmosphere, channel by channel.
 #ifndef NEPHELE_SHARED_ATMOSPHERE_H
 #define NEPHELE_SHARED_ATMOSPHERE_H
 
@@ -162,7 +162,8 @@ NEPHELE_FN vec3 mean_attenuation(vec3 x, vec3 exp_minus_x) {
 NEPHELE_FN float texel_from_unit(float x, float n) { return (0.5f + clamp(x, 0.0f, 1.0f) * (n - 1.0f)) / n; }
 NEPHELE_FN float unit_from_index(uint i, uint n) { return float(i) / float(n - 1u); }
 
-// Transmittance to the top [Bruneton17]: x = how far the way to the top lies between its extremes, y = sqrt-like in altitude.
+// Transmittance to the top [Bruneton17]: x = how far the way to the top lies between its extremes, y = sqrt-like in
+// altitude.
 NEPHELE_CONST(uint, kTransmittanceWidth, 256u);
 NEPHELE_CONST(uint, kTransmittanceHeight, 64u);
 
@@ -191,11 +192,11 @@ NEPHELE_FN void transmittance_from_unit(vec2 unit, NEPHELE_OUT(float) h_m, NEPHE
 
 // Multiple scattering and sky irradiance: cosine of the sun's zenith angle, finest about the horizon, by altitude,
 // finest at the ground.
-NEPHELE_CONST(uint, kMultiScatteringWidth, 65u);   // odd: one column is the horizon itself
+NEPHELE_CONST(uint, kMultiScatteringWidth, 65u);  // odd: one column is the horizon itself
 NEPHELE_CONST(uint, kMultiScatteringHeight, 32u);
 NEPHELE_CONST(uint, kSkyIrradianceWidth, 65u);
-NEPHELE_CONST(uint, kSkyIrradianceHeight, 24u);    // rows of one block
-NEPHELE_CONST(uint, kSkyIrradianceBlocks, 4u);     // irradiance from above, from below; mean radiance above, below
+NEPHELE_CONST(uint, kSkyIrradianceHeight, 24u);  // rows of one block
+NEPHELE_CONST(uint, kSkyIrradianceBlocks, 4u);   // irradiance from above, from below; mean radiance above, below
 NEPHELE_CONST(float, kSkyIrradianceTopM, 40000.0f);
 
 NEPHELE_FN float unit_from_sun_cosine(float mu) { return 0.5f + (mu < 0.0f ? -0.5f : 0.5f) * sqrt(min(1.0f, abs(mu))); }
@@ -249,9 +250,7 @@ NEPHELE_FN float aerial_elevation_from_unit(float x, float horizon_mu) {
 }
 
 // The farthest slice: at least 256 km, and past the horizon from any altitude.
-NEPHELE_FN float aerial_reach_m(float h_m) {
-  return max(256000.0f, 1.25f * sqrt(h_m * (2.0f * kPlanetRadiusM + h_m)));
-}
+NEPHELE_FN float aerial_reach_m(float h_m) { return max(256000.0f, 1.25f * sqrt(h_m * (2.0f * kPlanetRadiusM + h_m))); }
 NEPHELE_FN float unit_from_distance(float t_m, float near_m, float reach_m) {
   return sqrt(clamp((t_m - near_m) / reach_m, 0.0f, 1.0f));
 }

@@ -52,8 +52,8 @@ NEPHELE_CONST(uint, kTransmittanceSteps, 64u);
 NEPHELE_FN vec3 transmittance_texel(uvec2 texel) {
   float h;
   float mu;
-  transmittance_from_unit(vec2(unit_from_index(texel.x, kTransmittanceWidth),
-                               unit_from_index(texel.y, kTransmittanceHeight)), h, mu);
+  transmittance_from_unit(
+      vec2(unit_from_index(texel.x, kTransmittanceWidth), unit_from_index(texel.y, kTransmittanceHeight)), h, mu);
   AirSegment segment = air_segment(h, mu, false);
   float t_low = -(kPlanetRadiusM + h) * mu;
   vec3 depth = vec3(0.0f);
@@ -213,7 +213,8 @@ NEPHELE_FN vec3 multi_scattering_texel(Table2D transmittance, uvec2 texel, vec3 
       }
       if (ground) {
         float ground_mu = cosine_along_ray(h, mu, segment.far_m, sun_mu, nu);
-        second += through * sun_transmittance(transmittance, 0.0f, ground_mu) * ground_albedo * (max(0.0f, ground_mu) / kPi);
+        second +=
+            through * sun_transmittance(transmittance, 0.0f, ground_mu) * ground_albedo * (max(0.0f, ground_mu) / kPi);
       }
     }
   }
@@ -229,14 +230,14 @@ NEPHELE_CONST(uint, kIrradianceAzimuths, 8u);
 NEPHELE_CONST(uint, kIrradianceSteps, 12u);
 
 // mean: the mean radiance, else the irradiance.
-NEPHELE_FN vec3 hemisphere_light(Table2D transmittance, Table2D multi_scattering, float h, float sun_mu, bool below, bool mean,
-                                 vec3 ground_albedo, vec3 ground_sky_irradiance) {
+NEPHELE_FN vec3 hemisphere_light(Table2D transmittance, Table2D multi_scattering, float h, float sun_mu, bool below,
+                                 bool mean, vec3 ground_albedo, vec3 ground_sky_irradiance) {
   float sun_sine = sqrt(max(0.0f, 1.0f - sun_mu * sun_mu));
   float horizon_mu = horizon_cosine(h);
   vec3 sum = vec3(0.0f);
   for (uint i = 0u; i < kIrradiancePolar; ++i) {
     float x = (float(i) + 0.5f) / float(kIrradiancePolar);
-    float mu = mean ? x * x : sqrt(x);         // densest at the horizon; equal shares of cosine-weighted solid angle
+    float mu = mean ? x * x : sqrt(x);  // densest at the horizon; equal shares of cosine-weighted solid angle
     float weight = mean ? 2.0f * x : kPi;
     float sine = sqrt(1.0f - mu * mu);
     mu = below ? -mu : mu;
@@ -252,7 +253,8 @@ NEPHELE_FN vec3 hemisphere_light(Table2D transmittance, Table2D multi_scattering
       sum += weight * (march.smooth_light + march.aerosol_light * aerosol_phase(ray.sun_cos_view));
       if (ground) {
         float ground_mu = cosine_along_ray(h, mu, segment.far_m, sun_mu, ray.sun_cos_view);
-        vec3 irradiance = sun_transmittance(transmittance, 0.0f, ground_mu) * max(0.0f, ground_mu) + ground_sky_irradiance;
+        vec3 irradiance =
+            sun_transmittance(transmittance, 0.0f, ground_mu) * max(0.0f, ground_mu) + ground_sky_irradiance;
         sum += weight * march.transmittance * irradiance * ground_albedo * (1.0f / kPi);
       }
     }
@@ -311,7 +313,8 @@ NEPHELE_FN ViewRay view_ray_from_unit(float azimuth_unit, float mu, float h, flo
   return ray;
 }
 
-NEPHELE_FN ViewMarch sky_view_texel(Table2D transmittance, Table2D multi_scattering, uvec2 texel, float h, float sun_mu) {
+NEPHELE_FN ViewMarch sky_view_texel(Table2D transmittance, Table2D multi_scattering, uvec2 texel, float h,
+                                    float sun_mu) {
   bool below = texel.y >= kSkyViewRowsAbove;
   float unit = below ? unit_from_index(texel.y - kSkyViewRowsAbove, kSkyViewRowsBelow)
                      : unit_from_index(texel.y, kSkyViewRowsAbove);
@@ -340,7 +343,8 @@ NEPHELE_FN vec3 sky_view_lookup(Table2D sky_smooth, Table2D sky_aerosol, vec3 di
 
 // Transmittance of the whole ray (a table of one column).
 NEPHELE_FN vec3 view_transmittance_lookup(Table2D view_transmittance, float mu, float horizon_mu, bool below) {
-  return table_rgb(sample_table(view_transmittance, vec2(0.5f, sky_view_row(unit_from_elevation(mu, horizon_mu, below), below))));
+  return table_rgb(
+      sample_table(view_transmittance, vec2(0.5f, sky_view_row(unit_from_elevation(mu, horizon_mu, below), below))));
 }
 
 // --- Aerial perspective: the air between the camera and a distance ---
@@ -362,10 +366,11 @@ NEPHELE_FN float aerial_near_m(float h_m, float mu) {
 NEPHELE_FN AerialSample aerial_lookup(Table3D aerial_light, Table3D aerial_transmittance, vec3 direction,
                                       vec3 sun_direction, float h_m, float distance_m) {
   float horizon_mu = horizon_cosine(h_m);
-  vec3 uvw = vec3(texel_from_unit(unit_from_azimuth_cosine(azimuth_cosine(direction, sun_direction)), float(kAerialAzimuths)),
-                  texel_from_unit(aerial_unit_from_elevation(direction.z, horizon_mu), float(kAerialElevations)),
-                  texel_from_unit(unit_from_distance(distance_m, aerial_near_m(h_m, direction.z), aerial_reach_m(h_m)),
-                                  float(kAerialDistances)));
+  vec3 uvw =
+      vec3(texel_from_unit(unit_from_azimuth_cosine(azimuth_cosine(direction, sun_direction)), float(kAerialAzimuths)),
+           texel_from_unit(aerial_unit_from_elevation(direction.z, horizon_mu), float(kAerialElevations)),
+           texel_from_unit(unit_from_distance(distance_m, aerial_near_m(h_m, direction.z), aerial_reach_m(h_m)),
+                           float(kAerialDistances)));
   AerialSample result;
   result.light = table_rgb(sample_table(aerial_light, uvw));
   result.transmittance = table_rgb(sample_table(aerial_transmittance, uvw));

@@ -118,8 +118,8 @@ NEPHELE_FN void blend_finish(NEPHELE_INOUT(BlendState) state) {
   state.open = blend_no_segment();
 }
 
-// How far a ray can see, by the segments met so far, in any order: an upper bound, the far end of the first few that are
-// opaque together. All that begins behind it (opaque_front_hides) is hidden.
+// How far a ray can see, by the segments met so far, in any order: an upper bound, the far end of the first few that
+// are opaque together. All that begins behind it (opaque_front_hides) is hidden.
 struct OpaqueFront {
   float depth;    // optical depth of the segments counted
   float reach_m;  // the farthest point of what of them can be seen

@@ -11,25 +11,27 @@ NEPHELE_SHARED_BEGIN
 
 // Lattices, in cells per kOriginUnitM.
 NEPHELE_CONST(uint, kCloudLattices, 3u);
-NEPHELE_CONST(uint, kFeatureCells0, 39u);    // 2416 m
-NEPHELE_CONST(uint, kFeatureCells1, 90u);    // 1047 m
-NEPHELE_CONST(uint, kFeatureCells2, 208u);   //  453 m
-NEPHELE_CONST(uint, kWeatherCells, 7u);      // 13.5 km: where the sky is fuller or emptier
-NEPHELE_CONST(uint, kWarpCells, 105u);       //  897 m
-NEPHELE_CONST(uint, kLobeCells, 152u);       //  620 m
-NEPHELE_CONST(uint, kTowerCells, 54u);       // 1745 m
-NEPHELE_CONST(uint, kDomeCells, 131u);       //  719 m
-NEPHELE_CONST(uint, kBumpCells, 317u);       //  297 m
-NEPHELE_CONST(uint, kBaseCells, 67u);        // 1406 m
-NEPHELE_CONST(uint, kDeckCells, 48u);        // 1963 m
+NEPHELE_CONST(uint, kFeatureCells0, 39u);   // 2416 m
+NEPHELE_CONST(uint, kFeatureCells1, 90u);   // 1047 m
+NEPHELE_CONST(uint, kFeatureCells2, 208u);  //  453 m
+NEPHELE_CONST(uint, kWeatherCells, 7u);     // 13.5 km: where the sky is fuller or emptier
+NEPHELE_CONST(uint, kWarpCells, 105u);      //  897 m
+NEPHELE_CONST(uint, kLobeCells, 152u);      //  620 m
+NEPHELE_CONST(uint, kTowerCells, 54u);      // 1745 m
+NEPHELE_CONST(uint, kDomeCells, 131u);      //  719 m
+NEPHELE_CONST(uint, kBumpCells, 317u);      //  297 m
+NEPHELE_CONST(uint, kBaseCells, 67u);       // 1406 m
+NEPHELE_CONST(uint, kDeckCells, 48u);       // 1963 m
 NEPHELE_CONST(float, kDeckRadiusM, 900.0f);
 
-NEPHELE_CONST(float, kGrowth, 0.6f);         // of a feature's area over its cycle; its mean is the area without growth
-NEPHELE_CONST(float, kWarpM, 260.0f);        // amplitude; noise reaches 1
+NEPHELE_CONST(float, kGrowth, 0.6f);   // of a feature's area over its cycle; its mean is the area without growth
+NEPHELE_CONST(float, kWarpM, 260.0f);  // amplitude; noise reaches 1
 
-// What a weather map makes of the clouds at type 0, humilis: as many in all, but mostly of the finer lattices, and flat.
+// What a weather map makes of the clouds at type 0, humilis: as many in all, but mostly of the finer lattices, and
+// flat.
 NEPHELE_CONST(float, kHumilisVigour, -0.4f);
-// Clouds come and go over this much of their likelihood as they drift through a map: they fade in instead of popping up.
+// Clouds come and go over this much of their likelihood as they drift through a map: they fade in instead of popping
+// up.
 NEPHELE_CONST(float, kWeatherFade, 0.1f);
 
 // Independent streams of the seed.
@@ -46,28 +48,28 @@ NEPHELE_CONST(uint, kSeedTowers, 0xb000u);
 
 struct CloudParams {
   ivec2 origin_index;
-  uint seed;            // hashed
-  float fullness;       // the c that gives the asked-for area fraction
-  float deck;           // above -1: a closed layer grows between the clouds
-  float growth_turns;   // FrameConstants
+  uint seed;           // hashed
+  float fullness;      // the c that gives the asked-for area fraction
+  float deck;          // above -1: a closed layer grows between the clouds
+  float growth_turns;  // FrameConstants
   float base_m;
   float thickness_m;
   Weather weather;
 };
 
 struct CloudFeature {
-  vec2 center_m;        // grid space
-  float radius_m;       // 0: none here
-  float stretch;        // long over short axis
-  float axis_x;         // of the unit vector along the long axis; its y is positive
-  float vigour;         // 0 flat .. 1 towering for its size; below 0 only where a weather map asks for humilis
+  vec2 center_m;   // grid space
+  float radius_m;  // 0: none here
+  float stretch;   // long over short axis
+  float axis_x;    // of the unit vector along the long axis; its y is positive
+  float vigour;    // 0 flat .. 1 towering for its size; below 0 only where a weather map asks for humilis
 };
 
 // As it is kept in a buffer; everyone sees features with this precision.
 struct PackedFeature {
   vec2 center_m;
-  uint shape;           // halves: radius_m, stretch
-  uint character;       // snorm: axis_x, vigour
+  uint shape;      // halves: radius_m, stretch
+  uint character;  // snorm: axis_x, vigour
 };
 
 NEPHELE_FN PackedFeature pack_feature(CloudFeature f) {
@@ -212,13 +214,13 @@ NEPHELE_FN CloudParams cloud_params(FrameConstants frame) {
 
 // The part of a lattice that particles can ask for while the camera stays in its finest cell: a square around it.
 struct FeatureWindow {
-  ivec2 corner;   // lattice cell, counted from the grid origin
+  ivec2 corner;  // lattice cell, counted from the grid origin
   int side;
-  uint first;     // index of its first feature among all lattices'
+  uint first;  // index of its first feature among all lattices'
 };
 
-// How far from the middle of the camera's finest cell the field is looked at, in rings up to the last one: inside cells whose
-// centre is within reach; the warp moves by kWarpM.
+// How far from the middle of the camera's finest cell the field is looked at, in rings up to the last one: inside cells
+// whose centre is within reach; the warp moves by kWarpM.
 NEPHELE_FN float looked_at_m(FrameConstants frame, uint last_ring) {
   float reach_m = min(cloud_reach_m(frame), ring_reach_m(frame, last_ring));
   return reach_m + ring_cell_m(frame, 0u) + 0.5f * ring_cell_m(frame, last_ring) + 1.5f * kWarpM;
@@ -244,11 +246,12 @@ NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
   return window;
 }
 
-// Where it pays to know which features reach into a cell of the lattice, because several places in it are looked at: rings
-// of cells no larger than the lattice's.
+// Where it pays to know which features reach into a cell of the lattice, because several places in it are looked at:
+// rings of cells no larger than the lattice's.
 NEPHELE_FN float near_reach_m(FrameConstants frame, uint lattice) {
   uint ring = 0u;
-  while (ring + 1u < frame.ring_count && ring_cell_m(frame, ring + 1u) <= lattice_cell_m(feature_cells(lattice))) ++ring;
+  while (ring + 1u < frame.ring_count && ring_cell_m(frame, ring + 1u) <= lattice_cell_m(feature_cells(lattice)))
+    ++ring;
   return looked_at_m(frame, ring);
 }
 

@@ -8,13 +8,15 @@
 
 #include "cloud_features.h"
 
-// A shader that has the features in a buffer defines these before including the file. A *place* is how it finds a lattice cell.
+// A shader that has the features in a buffer defines these before including the file. A *place* is how it finds a
+// lattice cell.
 #ifndef NEPHELE_CLOUD_FEATURE
 #define NEPHELE_FEATURE_PLACE ivec2
 #define NEPHELE_FEATURE_PLACE_OF(lattice, cell) (cell)
 // The features of the 3 x 3 neighbourhood that reach into the cell, or more, one bit each, row by row.
 #define NEPHELE_FEATURES_NEAR(lattice, place) kWholeNeighbourhood
-#define NEPHELE_CLOUD_FEATURE(params, lattice, place, i) pack_feature(cloud_feature(params, lattice, neighbour_cell(place, i)))
+#define NEPHELE_CLOUD_FEATURE(params, lattice, place, i) \
+  pack_feature(cloud_feature(params, lattice, neighbour_cell(place, i)))
 #endif
 
 NEPHELE_SHARED_BEGIN
@@ -22,11 +24,11 @@ NEPHELE_SHARED_BEGIN
 NEPHELE_CONST(float, kLargestRadiusM, 0.75f * kOriginUnitM / float(kFeatureCells0));
 
 struct CloudSample {
-  float d;              // 0 at the edge .. 1 in the core; 0 outside
-  float edge_m;         // distance to the edge
-  float size;           // 0 fragment .. 1 the largest clouds
+  float d;       // 0 at the edge .. 1 in the core; 0 outside
+  float edge_m;  // distance to the edge
+  float size;    // 0 fragment .. 1 the largest clouds
   float vigour;
-  vec2 warp_m;          // of the place, for the domes
+  vec2 warp_m;  // of the place, for the domes
 };
 
 // Outline of the clouds at a place.
@@ -59,7 +61,8 @@ NEPHELE_FN CloudSample cloud_sample(CloudParams params, vec2 p_m) {
   NEPHELE_FEATURE_PLACE place0 = NEPHELE_FEATURE_PLACE_OF(0u, ivec2(floor(lattice_position(q, kFeatureCells0))));
   NEPHELE_FEATURE_PLACE place1 = NEPHELE_FEATURE_PLACE_OF(1u, ivec2(floor(lattice_position(q, kFeatureCells1))));
   NEPHELE_FEATURE_PLACE place2 = NEPHELE_FEATURE_PLACE_OF(2u, ivec2(floor(lattice_position(q, kFeatureCells2))));
-  uint left = NEPHELE_FEATURES_NEAR(0u, place0) | (NEPHELE_FEATURES_NEAR(1u, place1) << 9u) | (NEPHELE_FEATURES_NEAR(2u, place2) << 18u);
+  uint left = NEPHELE_FEATURES_NEAR(0u, place0) | (NEPHELE_FEATURES_NEAR(1u, place1) << 9u) |
+              (NEPHELE_FEATURES_NEAR(2u, place2) << 18u);
   while (left != 0u) {
     uint bit = uint(findLSB(left));
     left &= left - 1u;

@@ -4,13 +4,14 @@
 //   sun, once scattered      phase * S / opacity * exp(-tau)     exact in the homogeneous sphere
 //   sun, scattered again     M(table) / opacity * exp(-tau')     light exchanged inside the particle
 //   sun, scattered forward   a wider phase * (exp(-tau') - exp(-tau))  still in the beam's direction, more or less
-//   sun, diffuse             two-stream light of the cloud around, by its thickness and the place in it, flowing outwards
-//   sky and ground           mean radiance of the directions above and below, mixed by the place in the cloud and the view
+//   sun, diffuse             two-stream light of the cloud around, by its thickness and the place in it, flowing
+//   outwards sky and ground           mean radiance of the directions above and below, mixed by the place in the cloud
+//   and the view
 //
 // tau is the optical depth towards the sun, tau' = (1 - g) tau what it counts by similarity once forward scattering is
 // taken for none. Deviates from the paper: it scales tau by xi = 0.05 for everything and has the first two terms; here
-// single scattering keeps the true depth, and what the rest of the cloud contributes depends on how much of it there is, so
-// that thin turrets and edges stay dark seen from the sun's side.
+// single scattering keeps the true depth, and what the rest of the cloud contributes depends on how much of it there
+// is, so that thin turrets and edges stay dark seen from the sun's side.
 #ifndef NEPHELE_SHARED_CLOUD_LIGHT_H
 #define NEPHELE_SHARED_CLOUD_LIGHT_H
 
@@ -19,28 +20,30 @@
 
 NEPHELE_SHARED_BEGIN
 
-// What the terms weigh: fitted to the sunlight of the path-traced images of one cloud from three sides and of two fields
-// (docs/accuracy.md), for their relative squared error and their bias alike. An earlier fit left single scattering free,
-// which came out as 1. The terms overlap: orders two and three are in each.
+// What the terms weigh: fitted to the sunlight of the path-traced images of one cloud from three sides and of two
+// fields (docs/accuracy.md), for their relative squared error and their bias alike. An earlier fit left single
+// scattering free, which came out as 1. The terms overlap: orders two and three are in each.
 NEPHELE_CONST(float, kAgainShare, 0.75f);
 NEPHELE_CONST(float, kForwardShare, 1.15f);
 NEPHELE_CONST(float, kDiffuseShare, 0.48f);
 
-NEPHELE_CONST(float, kForwardAsymmetry, 0.5f);   // of the phase function's
+NEPHELE_CONST(float, kForwardAsymmetry, 0.5f);  // of the phase function's
 
 NEPHELE_CONST(float, kMeanChord, 4.0f / 3.0f);  // of a sphere, over its radius
 
 // Depth towards the sun through other particles where it differs by `change` from that at a particle's centre: linear
 // within limits, as four samples know it.
-NEPHELE_FN float linear_depth(float at_center, float change) { return clamp(at_center + change, 0.1f * at_center, 4.0f * at_center); }
+NEPHELE_FN float linear_depth(float at_center, float change) {
+  return clamp(at_center + change, 0.1f * at_center, 4.0f * at_center);
+}
 
 // Share of sunlight scattered forward alone on its way through optical depth tau: what similarity leaves in the beam
 // without what is unscattered.
 NEPHELE_FN float forward_share(float tau, float g) { return max(exp(-(1.0f - g) * tau) - exp(-tau), 0.0f); }
 
 // Mean radiance of multiply scattered light in a slab lit along its normal, times 4 pi per unit irradiance: at optical
-// depth `depth` of `total`, conservative scattering, Eddington's approximation with similarity-scaled depths and Marshak's
-// boundary (no light from without). 0 in a slab of no depth, 2 on top of an endless one, 5 deep in it.
+// depth `depth` of `total`, conservative scattering, Eddington's approximation with similarity-scaled depths and
+// Marshak's boundary (no light from without). 0 in a slab of no depth, 2 on top of an endless one, 5 deep in it.
 NEPHELE_FN float slab_light(float depth, float total, float g) {
   float t = (1.0f - g) * depth;
   float all = (1.0f - g) * total;
@@ -49,16 +52,20 @@ NEPHELE_FN float slab_light(float depth, float total, float g) {
 }
 
 // Share of diffuse light that crosses a layer of optical depth tau of a non-absorbing medium: the two-stream result.
-NEPHELE_FN float diffuse_transmission(float tau, float g) { return 1.0f / (1.0f + 0.75f * (1.0f - g) * max(tau, 0.0f)); }
+NEPHELE_FN float diffuse_transmission(float tau, float g) {
+  return 1.0f / (1.0f + 0.75f * (1.0f - g) * max(tau, 0.0f));
+}
 
-// Diffuse light sent towards the eye, over its mean. It flows out through a cloud's skin: there Eddington's flux H is half of the
-// mean J (Marshak's boundary), a quarter at a scaled depth of 2/3, as deep as one sees; scattering makes J + 3 g H cosine of it.
-// outward: cosine between the open side and the way to the eye, times how one-sided it is. Taken once a particle.
+// Diffuse light sent towards the eye, over its mean. It flows out through a cloud's skin: there Eddington's flux H is
+// half of the mean J (Marshak's boundary), a quarter at a scaled depth of 2/3, as deep as one sees; scattering makes J
+// + 3 g H cosine of it. outward: cosine between the open side and the way to the eye, times how one-sided it is. Taken
+// once a particle.
 NEPHELE_CONST(float, kOutwardFlux, 0.25f);
 NEPHELE_FN float outward_factor(float outward, float g) { return max(1.0f + 3.0f * kOutwardFlux * g * outward, 0.0f); }
 
 // Sunlight that the cloud around sends to a place, per unit irradiance, per sr. beam: optical depth towards the sun
-// through everything; near and total: of the cloud around, towards the sun and through and through. outward: outward_factor.
+// through everything; near and total: of the cloud around, towards the sun and through and through. outward:
+// outward_factor.
 NEPHELE_FN float light_from_around(float mu, float g, float beam, float near, float total, float outward) {
   float forward = phase_henyey_greenstein(mu, kForwardAsymmetry * g) * forward_share(beam, g);
   float diffuse = slab_light(min(near, total), total, g) * outward * (0.25f / kPi);
@@ -69,26 +76,28 @@ NEPHELE_FN float light_from_around(float mu, float g, float beam, float near, fl
 //
 // Their shares sum to 1, so a uniform environment shows the cloud in its own radiance (white furnace).
 
-// The ground under a cloud field lies partly in its shadow: what it sends up is reduced by this share of the coverage. From
-// the ground's light in path-traced images of fields of coverage 0.3 and 0.45.
+// The ground under a cloud field lies partly in its shadow: what it sends up is reduced by this share of the coverage.
+// From the ground's light in path-traced images of fields of coverage 0.3 and 0.45.
 NEPHELE_CONST(float, kGroundShadow, 0.5f);
 
-// Share of light from above in a slab lit evenly from both sides, optical depth `above` below the top of `total`: Eddington's
-// solution without a source, linear in the depth. The cloud is taken to be as dense as one particle at its peak, which is what
-// several overlapping ones come to: the share of sky light in the path-traced images of the fields then has slope 0.9 to 1.0
-// over this one.
+// Share of light from above in a slab lit evenly from both sides, optical depth `above` below the top of `total`:
+// Eddington's solution without a source, linear in the depth. The cloud is taken to be as dense as one particle at its
+// peak, which is what several overlapping ones come to: the share of sky light in the path-traced images of the fields
+// then has slope 0.9 to 1.0 over this one.
 NEPHELE_FN float slab_share_above(float above, float total, float g) {
   return ((1.0f - g) * (total - above) + 2.0f / 3.0f) / ((1.0f - g) * total + 4.0f / 3.0f);
 }
 NEPHELE_FN float slab_share_per_depth(float total, float g) { return (1.0f - g) / ((1.0f - g) * total + 4.0f / 3.0f); }
 
-// How much more of what lies behind shows through: light goes on as it came, more or less, so a view from above down shows
-// more of the ground. 0.75 g is what Eddington's flux gives in the thinnest slab; fitted to sky and ground light of the same five
-// images as above.
+// How much more of what lies behind shows through: light goes on as it came, more or less, so a view from above down
+// shows more of the ground. 0.75 g is what Eddington's flux gives in the thinnest slab; fitted to sky and ground light
+// of the same five images as above.
 NEPHELE_CONST(float, kShareAlongView, 0.55f);
 
 // `share` where the place alone is known; view_z: vertical component of the unit direction from the eye.
-NEPHELE_FN float ambient_share_above(float share, float view_z) { return clamp(share + kShareAlongView * view_z, 0.0f, 1.0f); }
+NEPHELE_FN float ambient_share_above(float share, float view_z) {
+  return clamp(share + kShareAlongView * view_z, 0.0f, 1.0f);
+}
 
 NEPHELE_SHARED_END
 

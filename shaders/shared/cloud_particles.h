@@ -24,22 +24,22 @@ NEPHELE_SHARED_BEGIN
 NEPHELE_CONST(uint, kParticleRingShift, 8u);  // in Particle.flags
 NEPHELE_CONST(uint, kMaxLevels, 15u);
 NEPHELE_CONST(uint, kMaxCrown, 15u);
-NEPHELE_CONST(uint, kSeedCell, 0xc000u);      // + ring
-NEPHELE_CONST(uint, kSeedPlace, 0xd000u);     // + ring
+NEPHELE_CONST(uint, kSeedCell, 0xc000u);   // + ring
+NEPHELE_CONST(uint, kSeedPlace, 0xd000u);  // + ring
 NEPHELE_CONST(uint, kSlotSpread, 0x68bc21ebu);
-NEPHELE_CONST(float, kCrownSteepest, 2.5f);   // slopes beyond it get no more crown particles
-NEPHELE_CONST(float, kFinestM, 184.0f);       // the cell size that needs no correction for coarseness
+NEPHELE_CONST(float, kCrownSteepest, 2.5f);  // slopes beyond it get no more crown particles
+NEPHELE_CONST(float, kFinestM, 184.0f);      // the cell size that needs no correction for coarseness
 
 // What a column of cloud holds, whatever the particles that stand for it.
-NEPHELE_CONST(float, kColumnFill, 2.0f);      // particles of density 1 that overlap in it, on average
-NEPHELE_CONST(float, kColumnCenter, 0.45f);   // of its height: where the centre of mass lies
-NEPHELE_CONST(float, kMeanFill, 0.3f);        // of the reference particle
+NEPHELE_CONST(float, kColumnFill, 2.0f);     // particles of density 1 that overlap in it, on average
+NEPHELE_CONST(float, kColumnCenter, 0.45f);  // of its height: where the centre of mass lies
+NEPHELE_CONST(float, kMeanFill, 0.3f);       // of the reference particle
 NEPHELE_CONST(float, kMaxGain, 4.0f);
 
 // How many particles of each kind stand in a cell.
 struct CellParts {
-  uint levels;   // heights to fill, the base included; 0: nothing here
-  uint turn;     // 0: every level, 1: the odd ones, 2: the even ones above the base
+  uint levels;  // heights to fill, the base included; 0: nothing here
+  uint turn;    // 0: every level, 1: the odd ones, 2: the even ones above the base
   uint crown;
   uint wisps;
 };
@@ -47,7 +47,7 @@ struct CellParts {
 // What the field has in a cell's four places, and what follows for its particles.
 struct CellCloud {
   CellParts parts;
-  vec4 core;            // of the places: CloudSample.d, 0 where nothing stands
+  vec4 core;  // of the places: CloudSample.d, 0 where nothing stands
   vec4 height_m;
   vec2 center_m;        // grid space: mean of the covered places
   float radius_m;       // of the cloud: the distance to its edge is d * radius_m
@@ -58,12 +58,12 @@ struct CellCloud {
 
 struct PackedCellCloud {
   uint parts;
-  uint core;             // unorm8 x 4
-  uint height01;         // unorm16 x 2, of the thickness
+  uint core;      // unorm8 x 4
+  uint height01;  // unorm16 x 2, of the thickness
   uint height23;
-  uint center;           // unorm16 x 2, of the cell
-  uint character;        // halves: radius_m, texture_scale
-  uint gains;            // halves: base, upper
+  uint center;     // unorm16 x 2, of the cell
+  uint character;  // halves: radius_m, texture_scale
+  uint gains;      // halves: base, upper
 };
 
 NEPHELE_FN uint pack_parts(CellParts parts) {
@@ -118,11 +118,12 @@ NEPHELE_FN uint particle_count(CellParts parts) { return column_count(parts) + p
 
 NEPHELE_FN uint cell_hash(FrameConstants frame, CloudParams params, GridCell cell) {
   uint lattice = ring_lattice(frame, cell.ring);
-  return hash_uvec2(lattice_base(params.origin_index, lattice) + uvec2(cell.index), params.seed + kSeedCell + cell.ring);
+  return hash_uvec2(lattice_base(params.origin_index, lattice) + uvec2(cell.index),
+                    params.seed + kSeedCell + cell.ring);
 }
 
-// Where a quadrant (0 .. 3) looks at the field: a jittered place of the finest ring's quadrants, reached by choosing one
-// of four smaller cells from ring to ring.
+// Where a quadrant (0 .. 3) looks at the field: a jittered place of the finest ring's quadrants, reached by choosing
+// one of four smaller cells from ring to ring.
 NEPHELE_FN vec2 quadrant_place(FrameConstants frame, CloudParams params, GridCell cell, uint quadrant) {
   ivec2 at = cell.index * 2 + ivec2(int(quadrant & 1u), int(quadrant >> 1u));
   uint lattice = 2u * ring_lattice(frame, cell.ring);
@@ -176,7 +177,7 @@ NEPHELE_FN float closing_radius_m(FrameConstants frame, GridCell cell, CellCloud
 }
 
 struct CloudParticle {
-  vec3 center_m;     // grid space
+  vec3 center_m;  // grid space
   vec3 radius_m;
   float yaw_rad;
   float density;
@@ -186,7 +187,8 @@ struct CloudParticle {
 };
 
 // Particle `slot` < particle_count(parts) of a cell, before the gains, with altitudes counted from the flat base.
-NEPHELE_FN CloudParticle particle_over_base(FrameConstants frame, CloudParams params, GridCell cell, CellCloud cloud, uint slot) {
+NEPHELE_FN CloudParticle particle_over_base(FrameConstants frame, CloudParams params, GridCell cell, CellCloud cloud,
+                                            uint slot) {
   uint cell_id = cell_hash(frame, params, cell);
   uint h = hash_uint(cell_id + (slot + 1u) * kSlotSpread);
   CellParts parts = cloud.parts;
@@ -223,9 +225,11 @@ NEPHELE_FN CloudParticle particle_over_base(FrameConstants frame, CloudParams pa
     uint level = parts.turn == 0u ? slot : 2u * slot - (parts.turn == 1u ? 1u : 0u);
     float intervals = float(parts.levels - 1u);
     float t = float(level) / intervals;
-    float across = reach * mix(1.0f, mix(0.7f, 0.85f, coarse), t) * uniform_float(h, 0.85f, 1.15f) * (parts.turn == 0u ? 0.9f : 1.1f);
+    float across = reach * mix(1.0f, mix(0.7f, 0.85f, coarse), t) * uniform_float(h, 0.85f, 1.15f) *
+                   (parts.turn == 0u ? 0.9f : 1.1f);
     // When fewer levels than the height asks for are allowed, they stretch so that the column stays closed.
-    float up = max(min(0.9f * across, 0.5f * filled), min(0.6f * (filled - base_up) / intervals, (parts.turn == 0u ? 1.6f : 4.0f) * across));
+    float up = max(min(0.9f * across, 0.5f * filled),
+                   min(0.6f * (filled - base_up) / intervals, (parts.turn == 0u ? 1.6f : 4.0f) * across));
     float z = min(mix(base_up, filled - 0.8f * up, t), height - 0.8f * up);
     particle.radius_m = vec3(across * long_axis, across / long_axis, up);
     particle.center_m = vec3(p.x, p.y, max(z, 0.0f));
@@ -238,14 +242,16 @@ NEPHELE_FN CloudParticle particle_over_base(FrameConstants frame, CloudParams pa
     float uy = unit_float(cell_id * 0x9e3779b9u) + 0.5698402910f * float(slot);
     vec2 offset = spread * vec2(ux - floor(ux) - 0.5f, uy - floor(uy) - 0.5f);
     float u = unit_float(hash_next(h));
-    float radius = 0.45f * c * mix(0.45f, 1.7f, u * u * u) * cloud.texture_scale * mix(0.6f, 1.0f, smooth_ramp(0.0f, 0.3f, core));
+    float radius =
+        0.45f * c * mix(0.45f, 1.7f, u * u * u) * cloud.texture_scale * mix(0.6f, 1.0f, smooth_ramp(0.0f, 0.3f, core));
     float up = min(0.9f * radius, 0.45f * filled);
     radius = min(radius, mix(5.0f, 2.2f, coarse) * up);  // large cells on low clouds: no wide flat discs
     float inward = 0.5f * up / sqrt(1.0f + steepness * steepness);
     vec4 h4 = cloud.height_m;
     float surface = clamp(height + dot(slope, offset), 0.5f * height, max(max(h4.x, h4.y), max(h4.z, h4.w)));
     particle.top_m = max(height, surface);
-    float wall = max(steepness, 2.2f * (1.0f - covered_share(cloud.core)));  // slopes and edges are covered from top to foot
+    float wall =
+        max(steepness, 2.2f * (1.0f - covered_share(cloud.core)));  // slopes and edges are covered from top to foot
     float z = surface * (1.0f - 0.8f * unit_float(hash_next(h)) * saturate((wall - 0.7f) / 1.5f)) - inward;
     particle.radius_m = vec3(radius * long_axis, radius / long_axis, up);
     particle.center_m = vec3(p.x + offset.x + inward * slope.x, p.y + offset.y + inward * slope.y, max(z, 0.6f * up));
@@ -283,7 +289,8 @@ NEPHELE_FN void find_gains(FrameConstants frame, CloudParams params, GridCell ce
   vec2 base = matter_over_base(particle_over_base(frame, params, cell, cloud, 0u));
   vec2 upper = vec2(0.0f);
   uint bound = column_count(cloud.parts) + cloud.parts.crown;
-  for (uint slot = 1u; slot < bound; ++slot) upper += matter_over_base(particle_over_base(frame, params, cell, cloud, slot));
+  for (uint slot = 1u; slot < bound; ++slot)
+    upper += matter_over_base(particle_over_base(frame, params, cell, cloud, slot));
 
   float base_z = base.y / base.x;
   float upper_z = upper.y / max(upper.x, 1e-6f);
@@ -349,10 +356,13 @@ NEPHELE_FN CellCloud cell_cloud(FrameConstants frame, CloudParams params, GridCe
   return cloud;
 }
 
-NEPHELE_FN CloudParticle cell_particle(FrameConstants frame, CloudParams params, GridCell cell, CellCloud cloud, uint slot) {
+NEPHELE_FN CloudParticle cell_particle(FrameConstants frame, CloudParams params, GridCell cell, CellCloud cloud,
+                                       uint slot) {
   CloudParticle particle = particle_over_base(frame, params, cell, cloud, slot);
-  if (slot == 0u) particle.density *= cloud.base_gain;
-  else if (slot < column_count(cloud.parts) + cloud.parts.crown) particle.density *= cloud.upper_gain;
+  if (slot == 0u)
+    particle.density *= cloud.base_gain;
+  else if (slot < column_count(cloud.parts) + cloud.parts.crown)
+    particle.density *= cloud.upper_gain;
   float base = cloud_base_m(params, vec2(particle.center_m.x, particle.center_m.y));
   particle.base_m = base;
   particle.top_m += base;

@@ -72,14 +72,10 @@ NEPHELE_FN vec3 quaternion_rotate(vec4 q, vec3 v) {
   return v + 2.0f * cross(i, cross(i, v) + q.w * v);
 }
 
-NEPHELE_FN vec3 quaternion_rotate_inverse(vec4 q, vec3 v) {
-  return quaternion_rotate(vec4(-q.x, -q.y, -q.z, q.w), v);
-}
+NEPHELE_FN vec3 quaternion_rotate_inverse(vec4 q, vec3 v) { return quaternion_rotate(vec4(-q.x, -q.y, -q.z, q.w), v); }
 
 // A particle's orientation: the rotation from the reference particle's frame to the particle's unit space.
-NEPHELE_FN uint pack_orientation(vec4 q) {
-  return packSnorm4x8(q);
-}
+NEPHELE_FN uint pack_orientation(vec4 q) { return packSnorm4x8(q); }
 
 NEPHELE_FN vec4 unpack_orientation(uint packed) {
   vec4 q = unpackSnorm4x8(packed);
@@ -96,9 +92,7 @@ NEPHELE_FN vec4 random_rotation(float u0, float u1, float u2) {
   return vec4(sin(t0) * r0, cos(t0) * r0, sin(t1) * r1, cos(t1) * r1);
 }
 
-NEPHELE_FN float sign_not_zero(float x) {
-  return x < 0.0f ? -1.0f : 1.0f;
-}
+NEPHELE_FN float sign_not_zero(float x) { return x < 0.0f ? -1.0f : 1.0f; }
 
 // Octahedral map: unit vectors <-> the square [0, 1]^2 (after Meyer et al. 2010; Cigolle et al., A Survey of Efficient
 // Representations for Independent Unit Vectors, JCGT 3(2), 2014). +z is the centre, -z all four corners; opposite

@@ -17,22 +17,23 @@
 
 NEPHELE_SHARED_BEGIN
 
-// More slots cost every segment more time, and spare crowded rays stretches. Beyond 32, lavapipe would not unroll loops.
+// More slots cost every segment more time, and spare crowded rays stretches. Beyond 32, lavapipe would not unroll
+// loops.
 #ifndef EXACT_SLOTS
 #define EXACT_SLOTS 16
 #endif
 NEPHELE_CONST(int, kExactSlots, EXACT_SLOTS);
 
 struct ExactState {
-  vec3 radiance;                          // premultiplied, in front of the cursor
-  float transmittance;                    // up to the cursor
-  float first_m;                          // nearest matter
-  float cursor_m;                         // everything nearer is final
-  bool merges;                            // past the slots, instead of ending the stretch
-  float horizon_m;                        // end of this stretch; kNoMatterM: of the ray
-  float through_extinction_per_m;         // sums over segments that cover all from cursor to horizon
-  vec3 through_emission_per_m;            // radiance times extinction
-  BlendSegment waiting[kExactSlots];      // extinction 0: a free slot
+  vec3 radiance;                      // premultiplied, in front of the cursor
+  float transmittance;                // up to the cursor
+  float first_m;                      // nearest matter
+  float cursor_m;                     // everything nearer is final
+  bool merges;                        // past the slots, instead of ending the stretch
+  float horizon_m;                    // end of this stretch; kNoMatterM: of the ray
+  float through_extinction_per_m;     // sums over segments that cover all from cursor to horizon
+  vec3 through_emission_per_m;        // radiance times extinction
+  BlendSegment waiting[kExactSlots];  // extinction 0: a free slot
 };
 
 NEPHELE_FN void exact_begin_stretch(NEPHELE_INOUT(ExactState) state, float cursor_m) {

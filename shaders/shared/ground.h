@@ -9,19 +9,21 @@
 NEPHELE_SHARED_BEGIN
 
 // Lattices, in cells a unit of kOriginUnitM.
-NEPHELE_CONST(uint, kCountryCells, 7u);     // 13.5 km
-NEPHELE_CONST(uint, kDistrictCells, 29u);   // 3.2 km
-NEPHELE_CONST(uint, kWoodCells, 61u);       // 1.5 km, and three octaves below
-NEPHELE_CONST(uint, kFieldCells, 311u);     // 300 m
-NEPHELE_CONST(uint, kTuftCells, 3511u);     // 27 m, and its octaves down to centimetres
+NEPHELE_CONST(uint, kCountryCells, 7u);    // 13.5 km
+NEPHELE_CONST(uint, kDistrictCells, 29u);  // 3.2 km
+NEPHELE_CONST(uint, kWoodCells, 61u);      // 1.5 km, and three octaves below
+NEPHELE_CONST(uint, kFieldCells, 311u);    // 300 m
+NEPHELE_CONST(uint, kTuftCells, 3511u);    // 27 m, and its octaves down to centimetres
 NEPHELE_CONST(float, kHedgeM, 10.0f);
 NEPHELE_CONST(uint, kGroundSeed, 0x67726e64u);
 
 // What is left of a pattern of that size under a footprint.
-NEPHELE_FN float ground_fade(float size_m, float footprint_m) { return 1.0f - smoothstep(0.25f, 0.9f, footprint_m / size_m); }
+NEPHELE_FN float ground_fade(float size_m, float footprint_m) {
+  return 1.0f - smoothstep(0.25f, 0.9f, footprint_m / size_m);
+}
 
-// How many octaves, each `ratio` times as fine as the one before, are left under a footprint. Loops end there: on a CPU an
-// octave without weight costs as much as any other.
+// How many octaves, each `ratio` times as fine as the one before, are left under a footprint. Loops end there: on a CPU
+// an octave without weight costs as much as any other.
 NEPHELE_FN int octaves_left(float size_m, float footprint_m, float ratio, int most) {
   return int(clamp(ceil(log(0.9f * size_m / footprint_m) / log(ratio)), 0.0f, float(most)));
 }
@@ -54,7 +56,8 @@ NEPHELE_FN vec3 ground_fields(vec2 ground_m, ivec2 origin_index, float footprint
     float less = exp(-min(60.0f, abs(d - nearest) / softness));
     float kept = d < nearest ? less : 1.0f;
     float w = d < nearest ? 1.0f : less;
-    sum = kept * sum + w * vec2(float((h >> 16u) & 255u) * (2.0f / 255.0f) - 1.0f, float(h >> 24u) * (2.0f / 255.0f) - 1.0f);
+    sum = kept * sum +
+          w * vec2(float((h >> 16u) & 255u) * (2.0f / 255.0f) - 1.0f, float(h >> 24u) * (2.0f / 255.0f) - 1.0f);
     weights = kept * weights + w;
     second = min(second, max(nearest, d));
     nearest = min(nearest, d);
@@ -90,7 +93,8 @@ NEPHELE_FN vec3 ground_variation(vec2 ground_m, ivec2 origin_index, float footpr
   lost += 0.33f * (gain - 0.0276806f) / 0.45f;  // of the octaves left out: a geometric series up to 0.55^6
   float wood = smoothstep(0.17f - lost, 0.17f + lost, wood_noise - 0.3f * dryness);
 
-  vec3 field = ground_fade(lattice_cell_m(kFieldCells), footprint_m) * ground_fields(ground_m, origin_index, footprint_m);
+  vec3 field =
+      ground_fade(lattice_cell_m(kFieldCells), footprint_m) * ground_fields(ground_m, origin_index, footprint_m);
 
   float tuft = 0.0f;
   cells = kTuftCells;

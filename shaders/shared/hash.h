@@ -15,21 +15,15 @@ NEPHELE_FN uint hash_uint(uint x) {
 }
 
 // Chained, so that no two cells within 2^32 of each other share a sequence by construction.
-NEPHELE_FN uint hash_uvec2(uvec2 cell, uint seed) {
-  return hash_uint(cell.y + hash_uint(cell.x + hash_uint(seed)));
-}
+NEPHELE_FN uint hash_uvec2(uvec2 cell, uint seed) { return hash_uint(cell.y + hash_uint(cell.x + hash_uint(seed))); }
 
 NEPHELE_FN uint hash_uvec3(uvec3 cell, uint seed) {
   return hash_uint(cell.z + hash_uint(cell.y + hash_uint(cell.x + hash_uint(seed))));
 }
 
-NEPHELE_FN uint hash_ivec2(ivec2 cell, uint seed) {
-  return hash_uvec2(uvec2(cell), seed);
-}
+NEPHELE_FN uint hash_ivec2(ivec2 cell, uint seed) { return hash_uvec2(uvec2(cell), seed); }
 
-NEPHELE_FN uint hash_ivec3(ivec3 cell, uint seed) {
-  return hash_uvec3(uvec3(cell), seed);
-}
+NEPHELE_FN uint hash_ivec3(ivec3 cell, uint seed) { return hash_uvec3(uvec3(cell), seed); }
 
 // The next value of a sequence: successive calls on one state give independent numbers.
 NEPHELE_FN uint hash_next(NEPHELE_INOUT(uint) state) {
@@ -38,9 +32,7 @@ NEPHELE_FN uint hash_next(NEPHELE_INOUT(uint) state) {
 }
 
 // The upper 24 bits as a float in [0, 1): exact, never 1.
-NEPHELE_FN float unit_float(uint hash) {
-  return float(hash >> 8u) * (1.0f / 16777216.0f);
-}
+NEPHELE_FN float unit_float(uint hash) { return float(hash >> 8u) * (1.0f / 16777216.0f); }
 
 // Uniform in [low, high).
 NEPHELE_FN float uniform_float(NEPHELE_INOUT(uint) state, float low, float high) {

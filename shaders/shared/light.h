@@ -15,10 +15,10 @@
 
 NEPHELE_SHARED_BEGIN
 
-NEPHELE_CONST(uint, kLightTiles, 192u);        // tiles along a side of the grid
-NEPHELE_CONST(uint, kLightTileBits, 16u);      // of a tile's index
-NEPHELE_CONST(float, kLightInnerM, 2000.0f);   // within about this distance tiles have one size
-NEPHELE_CONST(uint, kSunKeyBits, 16u);         // of the order along w
+NEPHELE_CONST(uint, kLightTiles, 192u);       // tiles along a side of the grid
+NEPHELE_CONST(uint, kLightTileBits, 16u);     // of a tile's index
+NEPHELE_CONST(float, kLightInnerM, 2000.0f);  // within about this distance tiles have one size
+NEPHELE_CONST(uint, kSunKeyBits, 16u);        // of the order along w
 // Depths beyond this are all the same night: even at an effective extinction of 0.025 times the true one
 // ([Yusov14] 5.3 scales it by 0.05) less than 1 % of the light is left. Traversal stops here.
 NEPHELE_CONST(float, kMaxSunOpticalDepth, 200.0f);
@@ -43,7 +43,9 @@ NEPHELE_FN float light_uv_scale(float view_distance_m) { return 0.5f / light_war
 NEPHELE_FN vec2 scaled_light_uv(vec2 across_m, float scale) {
   return vec2(0.5f + light_warp(across_m.x) * scale, 0.5f + light_warp(across_m.y) * scale);
 }
-NEPHELE_FN vec2 light_uv(vec2 across_m, float view_distance_m) { return scaled_light_uv(across_m, light_uv_scale(view_distance_m)); }
+NEPHELE_FN vec2 light_uv(vec2 across_m, float view_distance_m) {
+  return scaled_light_uv(across_m, light_uv_scale(view_distance_m));
+}
 
 NEPHELE_FN vec2 light_across(vec2 uv, float view_distance_m) {
   float scale = 2.0f * light_warp(light_reach_m(view_distance_m));
@@ -88,9 +90,9 @@ NEPHELE_FN float sun_stop_m(float w_m, float view_distance_m) {
 // d^T shape d (1 at the silhouette) and the middle of its chord is at w = center.z + dot(slope, d); a ray through
 // the middle of the silhouette has a chord of 2 half_m.
 struct Occluder {
-  vec3 center_m;           // light space
-  float top_m;             // largest w of the ellipsoid
-  vec3 shape_per_m2;       // uu, uv, vv of that symmetric form
+  vec3 center_m;      // light space
+  float top_m;        // largest w of the ellipsoid
+  vec3 shape_per_m2;  // uu, uv, vv of that symmetric form
   float half_m;
   vec2 slope;
   float base_m;            // height of the flat base over the centre, along render z; hugely negative: none
@@ -101,7 +103,7 @@ struct Occluder {
 // As it is kept in a buffer: three texels.
 struct PackedOccluder {
   vec4 center_top;
-  vec4 shape_half;              // half_m is negative when the particle is homogeneous
+  vec4 shape_half;  // half_m is negative when the particle is homogeneous
   vec4 slope_base_extinction;
 };
 
@@ -203,7 +205,8 @@ NEPHELE_FN float profile_integral(float s, float h2, uint flags) {
 }
 
 // Share of a chord's optical depth that lies between two signed distances from the chord's middle, from <= to, both
-// within the unit sphere, where its matter begins at first < sqrt(h2): by the mean profile, as all that is known of one chord.
+// within the unit sphere, where its matter begins at first < sqrt(h2): by the mean profile, as all that is known of one
+// chord.
 NEPHELE_FN float chord_share(float first, float from, float to, float h2, uint flags) {
   float all = profile_integral(sqrt(h2), h2, flags) - profile_integral(first, h2, flags);
   float part = profile_integral(to, h2, flags) - profile_integral(max(from, first), h2, flags);
@@ -215,7 +218,7 @@ NEPHELE_FN float chord_share(float first, float from, float to, float h2, uint f
 // of the particle lies between the point and the sun.
 struct SunChord {
   float begin;
-  float end;       // >= begin
+  float end;  // >= begin
   float h2;
   float middle_m;  // w of the chord's middle
 };
@@ -241,9 +244,12 @@ NEPHELE_FN SunChord sun_chord(Occluder occluder, vec3 p_light_m, vec3 up) {
   // Height over the base plane along the chord: height_m + climb_m * s.
   float height_m = up.x * du + up.y * dv + up.z * offset_m - occluder.base_m;
   float climb_m = up.z * occluder.half_m;
-  if (up.z > 1.0e-6f) begin = max(begin, -height_m / climb_m);
-  else if (up.z < -1.0e-6f) end = min(end, -height_m / climb_m);
-  else end = height_m < 0.0f ? -reach : end;
+  if (up.z > 1.0e-6f)
+    begin = max(begin, -height_m / climb_m);
+  else if (up.z < -1.0e-6f)
+    end = min(end, -height_m / climb_m);
+  else
+    end = height_m < 0.0f ? -reach : end;
 
   chord.begin = clamp(begin, -reach, reach);
   chord.end = clamp(end, chord.begin, reach);

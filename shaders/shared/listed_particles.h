@@ -23,7 +23,7 @@ struct ListedSource {
   SplitPlace place;
   vec3 radius_m;
   float yaw_rad;
-  float extinction_per_m;   // times density
+  float extinction_per_m;  // times density
   uint flags;
   vec3 radiance_per_sr;
   uint id;
@@ -51,7 +51,8 @@ static_assert(sizeof(ListedSource) == 72);
 inline SplitPlace split_place(dvec3 world_m) {
   const GridPlace place = grid_place(world_m);
   const double unit = static_cast<double>(kOriginUnitM);
-  const dvec3 rest(world_m.x - std::round(world_m.x / unit) * unit, world_m.y - std::round(world_m.y / unit) * unit, world_m.z);
+  const dvec3 rest(world_m.x - std::round(world_m.x / unit) * unit, world_m.y - std::round(world_m.y / unit) * unit,
+                   world_m.z);
   return {place.grid_m, vec3(rest - dvec3(place.grid_m)), place.origin_index};
 }
 #endif

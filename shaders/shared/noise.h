@@ -22,13 +22,9 @@ NEPHELE_FN uint noise_mix(uint x) {
   return x ^ (x >> 16u);
 }
 
-NEPHELE_FN float noise_fade(float t) {
-  return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
-}
+NEPHELE_FN float noise_fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
 
-NEPHELE_FN uint noise_seed(uint seed, int octave) {
-  return noise_mix(seed + uint(octave) * kNoiseOctaveSeed);
-}
+NEPHELE_FN uint noise_seed(uint seed, int octave) { return noise_mix(seed + uint(octave) * kNoiseOctaveSeed); }
 
 // Dot product with a direction of length about sqrt(2) from the hash: a parabolic sine of a uniform angle.
 NEPHELE_FN float noise_gradient2(uint hash, float x, float y) {
@@ -198,8 +194,7 @@ NEPHELE_FN float billow_noise3(vec3 p, uvec3 base, uint seed) {
   for (int z = -1; z <= 1; ++z)
     for (int y = -1; y <= 1; ++y)
       for (int x = -1; x <= 1; ++x) {
-        float near =
-            max(0.0f, 1.0f - worley_distance2(center + uvec3(ivec3(x, y, z)), vec3(ivec3(x, y, z)), f, seed));
+        float near = max(0.0f, 1.0f - worley_distance2(center + uvec3(ivec3(x, y, z)), vec3(ivec3(x, y, z)), f, seed));
         sum += near * near * near;
       }
   return sum;

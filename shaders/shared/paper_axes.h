@@ -1,8 +1,10 @@
 // The axes of the paper's 4D tables, kept to compare table_axes.h with. Based on: Yusov, High-Performance Rendering of
-// Realistic Cumulus Clouds Using Pre-computed Lighting, 2014, sections 4.1, 4.3, 5.1. Each axis beside its inverse; places
-// along an axis are fractions of its range, vertices at both ends (azimuths, too: the first and the last one agree).
+// Realistic Cumulus Clouds Using Pre-computed Lighting, 2014, sections 4.1, 4.3, 5.1. Each axis beside its inverse;
+// places along an axis are fractions of its range, vertices at both ends (azimuths, too: the first and the last one
+// agree).
 //   optical depth  azimuth and zenith of the entry point, azimuth and zenith (0 .. pi/2) of the direction in there
-//   scattering     zenith of the entry point from the light, azimuth and zenith (0 .. pi/2) of the direction, log density
+//   scattering     zenith of the entry point from the light, azimuth and zenith (0 .. pi/2) of the direction, log
+//   density
 // A table is one 3D texture: x and y are the first two axes, z holds the third one once for each vertex of the fourth.
 #ifndef NEPHELE_SHARED_PAPER_AXES_H
 #define NEPHELE_SHARED_PAPER_AXES_H

@@ -29,9 +29,7 @@ NEPHELE_FN float phase_cornette_shanks(float mu, float g) {
   return 3.0f * (1.0f - g * g) * (1.0f + mu * mu) / (8.0f * kPi * (2.0f + g * g) * d * sqrt(d));
 }
 
-NEPHELE_FN float cornette_shanks_mean_cosine(float g) {
-  return g * 3.0f * (4.0f + g * g) / (5.0f * (2.0f + g * g));
-}
+NEPHELE_FN float cornette_shanks_mean_cosine(float g) { return g * 3.0f * (4.0f + g * g) / (5.0f * (2.0f + g * g)); }
 
 NEPHELE_FN float phase_per_sr(uint phase_function, float mu, float g) {
   return phase_function == kPhaseCornetteShanks ? phase_cornette_shanks(mu, g) : phase_henyey_greenstein(mu, g);

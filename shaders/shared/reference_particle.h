@@ -26,9 +26,7 @@ NEPHELE_FN float billowy_density(vec3 p, float billows_per_radius, uint seed) {
   return 1.0f - exp(-kReferenceThickness * q * q * exp(kBillowContrast * billows));
 }
 
-NEPHELE_FN float reference_particle_density(vec3 p, uint seed) {
-  return billowy_density(p, kBillowsPerRadius, seed);
-}
+NEPHELE_FN float reference_particle_density(vec3 p, uint seed) { return billowy_density(p, kBillowsPerRadius, seed); }
 
 NEPHELE_SHARED_END
 

@@ -16,8 +16,8 @@ NEPHELE_FN float saturate(float x) { return clamp(x, 0.0f, 1.0f); }
 // A cell of the ring grid. Cells of all rings are numbered ring by ring, row by row.
 struct GridCell {
   uint ring;
-  ivec2 index;       // lattice cell of the ring, counted from the grid origin
-  vec2 corner_m;     // grid space
+  ivec2 index;    // lattice cell of the ring, counted from the grid origin
+  vec2 corner_m;  // grid space
   float size_m;
 };
 

@@ -11,11 +11,12 @@ NEPHELE_SHARED_BEGIN
 
 NEPHELE_CONST(uint, kScreenTilePx, 8u);
 NEPHELE_CONST(uint, kMaxScreenParticles, 1048576u);  // as far as screen_begins.comp goes through a list
-// Longest of the short lists: of the volume blend in cloud_columns.comp as many places as its stack holds segments, of all others what pays.
+// Longest of the short lists: of the volume blend in cloud_columns.comp as many places as its stack holds segments, of
+// all others what pays.
 NEPHELE_CONST(uint, kColumnPlaces, 256u);
 NEPHELE_CONST(uint, kShortPlaces, 128u);
-// Longer lists are shaded in pages of this many places, a dispatch each: lavapipe ends all loops of eight threads once they
-// have gone round 65 535 times in all, and a place takes them some five rounds, up to twice.
+// Longer lists are shaded in pages of this many places, a dispatch each: lavapipe ends all loops of eight threads once
+// they have gone round 65 535 times in all, and a place takes them some five rounds, up to twice.
 NEPHELE_CONST(uint, kPagePlaces, 4096u);
 
 // Interval of one normalised device coordinate s. The plane s = const through the camera has the normal
@@ -44,8 +45,8 @@ NEPHELE_FN bool screen_interval(vec3 across, vec3 forward, mat3 render_from_refe
 NEPHELE_CONST(float, kRimFrom, 0.3f);
 NEPHELE_CONST(float, kRimRadius, 0.9539392f);  // sqrt(1 - kRimFrom^2)
 
-// The radius in reference space within which a particle shows, seen from there. From within, a ray may leave the ellipsoid
-// ahead and meet its shown part only behind the eye.
+// The radius in reference space within which a particle shows, seen from there. From within, a ray may leave the
+// ellipsoid ahead and meet its shown part only behind the eye.
 NEPHELE_FN float shown_radius(bool fine_detail, vec3 eye_reference) {
   return fine_detail && length(eye_reference) >= 1.01f ? kRimRadius : 1.0f;
 }
@@ -67,7 +68,8 @@ NEPHELE_FN uvec2 screen_pixels(mat4 clip_from_render, mat3 render_from_reference
   vec3 x = vec3(rows[0].x, rows[0].y, rows[0].z);
   vec3 y = vec3(rows[1].x, rows[1].y, rows[1].z);
   vec3 w = vec3(rows[3].x, rows[3].y, rows[3].z);
-  if (dot(w, center_m) + 1.00001f * length(transpose(render_from_reference) * w) < 0.0f) return kNoTiles;  // behind the eye
+  if (dot(w, center_m) + 1.00001f * length(transpose(render_from_reference) * w) < 0.0f)
+    return kNoTiles;  // behind the eye
   vec2 low;
   vec2 high;
   screen_interval(x, w, render_from_reference, center_m, low.x, high.x);
@@ -79,13 +81,14 @@ NEPHELE_FN uvec2 screen_pixels(mat4 clip_from_render, mat3 render_from_reference
 }
 
 NEPHELE_FN uvec2 tiles_of_pixels(uvec2 pixels) {
-  return tile_rectangle(rectangle_low(pixels) / kScreenTilePx, (rectangle_high(pixels) + (kScreenTilePx - 1u)) / kScreenTilePx);
+  return tile_rectangle(rectangle_low(pixels) / kScreenTilePx,
+                        (rectangle_high(pixels) + (kScreenTilePx - 1u)) / kScreenTilePx);
 }
 
-// The pixels of a tile whose rays may meet the ellipsoid, a bit each, four rows of eight a word; the rectangle's where it reaches
-// the plane of the eye or is a needle askew. In reference space, with the eye at E and a ray's direction
-// D = u X + v Y - E / depth, u and v from the centre's own device coordinates, the ray meets the unit sphere where
-// |E x D|^2 <= |D|^2. E x D has no constant term, so nothing cancels far away.
+// The pixels of a tile whose rays may meet the ellipsoid, a bit each, four rows of eight a word; the rectangle's where
+// it reaches the plane of the eye or is a needle askew. In reference space, with the eye at E and a ray's direction D =
+// u X + v Y - E / depth, u and v from the centre's own device coordinates, the ray meets the unit sphere where |E x
+// D|^2 <= |D|^2. E x D has no constant term, so nothing cancels far away.
 NEPHELE_FN uvec2 tile_mask(mat4 clip_from_render, mat4 render_from_clip, mat3 reference_from_render, vec3 center_m,
                            uvec2 pixels, uvec2 tile, uvec2 image_size_px, uint scale, uvec2 layer_size_px) {
   uvec2 corner = tile * kScreenTilePx;
@@ -108,34 +111,43 @@ NEPHELE_FN uvec2 tile_mask(mat4 clip_from_render, mat4 render_from_clip, mat3 re
   for (uint row = low.y; row < past.y; ++row) {
     uvec2 columns = uvec2(low.x, past.x);
     if (ellipse) {
-      float v = (2.0f * float(row) + 1.0f) * float(scale) / float(image_size_px.y) - 1.0f - dot(rows[1], center) / depth;
+      float v =
+          (2.0f * float(row) + 1.0f) * float(scale) / float(image_size_px.y) - 1.0f - dot(rows[1], center) / depth;
       float b = uv * v + dot(x, eye) / depth;
       float c = vv * v * v + (2.0f * v * dot(y, eye) - dot(eye, eye) / depth) / depth;
       float discriminant = b * b - uu * c;
       float reach = sqrt(max(discriminant, 0.0f));
       float middle = dot(rows[0], center) / depth - b / uu;
-      uvec2 met = covered_pixels(middle - reach / uu, middle + reach / uu, float(image_size_px.x), float(scale), float(layer_size_px.x));
+      uvec2 met = covered_pixels(middle - reach / uu, middle + reach / uu, float(image_size_px.x), float(scale),
+                                 float(layer_size_px.x));
       columns = uvec2(max(low.x, met.x), min(past.x, met.y));
       if (discriminant < 0.0f) columns.y = 0u;
     }
     if (columns.x >= columns.y) continue;
-    uint bits = ((1u << (columns.y - columns.x)) - 1u) << (columns.x - corner.x + kScreenTilePx * ((row - corner.y) & 3u));
-    if (row - corner.y < 4u) mask.x |= bits;
-    else mask.y |= bits;
+    uint bits = ((1u << (columns.y - columns.x)) - 1u)
+                << (columns.x - corner.x + kScreenTilePx * ((row - corner.y) & 3u));
+    if (row - corner.y < 4u)
+      mask.x |= bits;
+    else
+      mask.y |= bits;
   }
   return mask;
 }
 
-// An ellipsoid about what of a particle lies above its flat base. In reference space that is a unit ball cut by a plane at
-// height `cut` along `axis`; of the ellipsoids through the ball's top and the cut's circle this one, flat and wide, follows the
-// plane closely, and the ball itself bounds the sides. Where hardly anything is cut off: the particle's own.
+// An ellipsoid about what of a particle lies above its flat base. In reference space that is a unit ball cut by a plane
+// at height `cut` along `axis`; of the ellipsoids through the ball's top and the cut's circle this one, flat and wide,
+// follows the plane closely, and the ball itself bounds the sides. Where hardly anything is cut off: the particle's
+// own.
 struct BaseBound {
   mat3 reference_from_render;
   vec3 center_m;
 };
-NEPHELE_CONST(float, kBaseBoundShare, 1.9f);  // (1 - cut) over the half axis along `axis`: 4/3 has the least volume, 2 is the slab between plane and top
+NEPHELE_CONST(
+    float, kBaseBoundShare,
+    1.9f);  // (1 - cut) over the half axis along `axis`: 4/3 has the least volume, 2 is the slab between plane and top
 
-NEPHELE_FN BaseBound bound_above_base(mat3 reference_from_render, vec3 center_m, float base_m, float camera_altitude_m) {
+NEPHELE_FN BaseBound bound_above_base(mat3 reference_from_render, vec3 center_m, float base_m,
+                                      float camera_altitude_m) {
   BaseBound bound;
   bound.reference_from_render = reference_from_render;
   bound.center_m = center_m;
@@ -144,8 +156,8 @@ NEPHELE_FN BaseBound bound_above_base(mat3 reference_from_render, vec3 center_m,
   vec3 m = rows * normalize(center_m + vec3(0.0f, 0.0f, kPlanetRadiusM + camera_altitude_m));
   float extent_m = length(m);
   // The base curves away from the plane by this much at most, plus rounding.
-  float slack_m = (dot(rows[0], rows[0]) + dot(rows[1], rows[1]) + dot(rows[2], rows[2])) * (0.5f / kPlanetRadiusM) + 0.05f +
-                  1e-6f * length(center_m) + 1e-4f * extent_m;
+  float slack_m = (dot(rows[0], rows[0]) + dot(rows[1], rows[1]) + dot(rows[2], rows[2])) * (0.5f / kPlanetRadiusM) +
+                  0.05f + 1e-6f * length(center_m) + 1e-4f * extent_m;
   float cut = min((base_m - altitude_m(center_m, camera_altitude_m) - slack_m) / extent_m, 0.999f);
   if (!(cut > -0.85f)) return bound;  // below -0.9 the ellipsoid would lie inside the ball at the top
   vec3 axis = m / extent_m;

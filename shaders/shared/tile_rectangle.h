@@ -9,7 +9,9 @@ NEPHELE_SHARED_BEGIN
 // x: first column in the low half, column past the last in the high half; y: rows likewise.
 NEPHELE_CONST(uvec2, kNoTiles, uvec2(0u));
 
-NEPHELE_FN uvec2 tile_rectangle(uvec2 low, uvec2 past) { return uvec2(low.x | (past.x << 16u), low.y | (past.y << 16u)); }
+NEPHELE_FN uvec2 tile_rectangle(uvec2 low, uvec2 past) {
+  return uvec2(low.x | (past.x << 16u), low.y | (past.y << 16u));
+}
 
 NEPHELE_FN uvec2 rectangle_low(uvec2 rectangle) { return uvec2(rectangle.x & 0xFFFFu, rectangle.y & 0xFFFFu); }
 NEPHELE_FN uvec2 rectangle_high(uvec2 rectangle) { return uvec2(rectangle.x >> 16u, rectangle.y >> 16u); }

@@ -11,44 +11,44 @@ NEPHELE_SHARED_BEGIN
 
 NEPHELE_CONST(uint, kMaxRings, 8u);
 
-// Binding 0 of every pass: what is constant over one frame. 
+// Binding 0 of every pass: what is constant over one frame.
 struct FrameConstants {
-  mat4 clip_from_render;         // projection * rotation; Vulkan clip space, y down, reverse-free depth unused
-  mat4 render_from_clip;         // its inverse: direction of a pixel = normalize((M * vec4(ndc, 1, 1)).xyz)
-  vec3 camera_grid_m;            // camera in grid space; z = altitude
-  ivec2 camera_cell;             // the finest ring's cell that the camera is in (place_camera in ring_grid.h)
-  float growth_turns;            // of the clouds' cycle of growth and decay since time 0, [0, 1); below 0: they keep their size
-  vec3 sun_direction;            // unit, towards the sun, at the camera
+  mat4 clip_from_render;  // projection * rotation; Vulkan clip space, y down, reverse-free depth unused
+  mat4 render_from_clip;  // its inverse: direction of a pixel = normalize((M * vec4(ndc, 1, 1)).xyz)
+  vec3 camera_grid_m;     // camera in grid space; z = altitude
+  ivec2 camera_cell;      // the finest ring's cell that the camera is in (place_camera in ring_grid.h)
+  float growth_turns;  // of the clouds' cycle of growth and decay since time 0, [0, 1); below 0: they keep their size
+  vec3 sun_direction;  // unit, towards the sun, at the camera
   float sun_angular_radius_rad;
-  vec3 sun_irradiance;           // top of the atmosphere
-  float exposure;                // linear scale before tone mapping
+  vec3 sun_irradiance;  // top of the atmosphere
+  float exposure;       // linear scale before tone mapping
   vec3 ground_albedo;
   uint atmosphere_enabled;
-  uvec2 image_size_px;           // full resolution
-  uvec2 layer_size_px;           // cloud layer: ceil(image / scale)
-  uint scale;                    // 1, 2 or 4
+  uvec2 image_size_px;  // full resolution
+  uvec2 layer_size_px;  // cloud layer: ceil(image / scale)
+  uint scale;           // 1, 2 or 4
   uint ground_enabled;
   // Cloud field
-  ivec2 origin_index;            // grid origin = origin_index * kOriginUnitM in cloud space
+  ivec2 origin_index;  // grid origin = origin_index * kOriginUnitM in cloud space
   uint seed;
   uint clouds_enabled;
-  float coverage;                // 0..1, the c of the field
-  float base_m;                  // altitude of the flat bases
-  float thickness_m;             // height of the tallest clouds above the base
-  float extinction_per_m;        // peak extinction of a particle of density 1
-  float view_distance_m;         // clouds fade over its last fifth
-  uint ring_count;               // <= kMaxRings
-  uint ring_size_cells;          // cells along a ring's side, a multiple of 8
-  uint layer_count;              // particles stacked in a cell, base included
-  float inner_cell_m;            // cell size of ring 0, doubling per ring
-  float phase_g;                 // asymmetry of the phase function
-  uint phase_function;           // 0 Henyey-Greenstein, 1 Cornette-Shanks
-  uint listed_particle_count;    // particles given by the scene file: the first ones of the particle buffer
+  float coverage;              // 0..1, the c of the field
+  float base_m;                // altitude of the flat bases
+  float thickness_m;           // height of the tallest clouds above the base
+  float extinction_per_m;      // peak extinction of a particle of density 1
+  float view_distance_m;       // clouds fade over its last fifth
+  uint ring_count;             // <= kMaxRings
+  uint ring_size_cells;        // cells along a ring's side, a multiple of 8
+  uint layer_count;            // particles stacked in a cell, base included
+  float inner_cell_m;          // cell size of ring 0, doubling per ring
+  float phase_g;               // asymmetry of the phase function
+  uint phase_function;         // 0 Henyey-Greenstein, 1 Cornette-Shanks
+  uint listed_particle_count;  // particles given by the scene file: the first ones of the particle buffer
   // Light space: light_from_render * p_render = (u, v) across and w towards the sun, metres (light.h)
   mat3 light_from_render;
-  uint host_scene;               // 1: a host has drawn what stands behind the clouds
-  uint culling_enabled;          // 0: every particle counts as visible
-  float crown_per_cell;          // crown particles of a level cloud top in one cell; about 2.5 at full quality
+  uint host_scene;       // 1: a host has drawn what stands behind the clouds
+  uint culling_enabled;  // 0: every particle counts as visible
+  float crown_per_cell;  // crown particles of a level cloud top in one cell; about 2.5 at full quality
 };
 
 // Particle.flags
@@ -58,16 +58,16 @@ NEPHELE_CONST(uint, kParticleDetail, 4u);       // fine noise at its edges
 // bits 8..10: ring
 
 struct Particle {
-  vec3 center_m;            // render space
-  float extinction_per_m;   // peak, times density and level-of-detail weight; 0 is never listed
-  vec3 radius_m;            // semi-axes: x and y turned by yaw, z up
-  float yaw_rad;            // clockwise from north, seen from above
-  uint orientation;         // of the reference particle inside: quaternion as snorm8x4 (packSnorm4x8, xyzw)
+  vec3 center_m;           // render space
+  float extinction_per_m;  // peak, times density and level-of-detail weight; 0 is never listed
+  vec3 radius_m;           // semi-axes: x and y turned by yaw, z up
+  float yaw_rad;           // clockwise from north, seen from above
+  uint orientation;        // of the reference particle inside: quaternion as snorm8x4 (packSnorm4x8, xyzw)
   uint flags;
-  float base_m;             // altitude below which the particle is cut off (flat base); -1e30 = no cut
-  float top_m;              // altitude of the cloud's top above this particle, for sky light; own top if listed
-  vec3 radiance_per_sr;     // source colour when kParticleEmissive
-  uint id;                  // hash of its cell and slot: breaks ties, seeds noise
+  float base_m;          // altitude below which the particle is cut off (flat base); -1e30 = no cut
+  float top_m;           // altitude of the cloud's top above this particle, for sky light; own top if listed
+  vec3 radiance_per_sr;  // source colour when kParticleEmissive
+  uint id;               // hash of its cell and slot: breaks ties, seeds noise
 };
 
 // Light at one visible particle (same index as the visible list).
@@ -75,43 +75,43 @@ struct ParticleLight {
   vec3 sun_irradiance;      // after the atmosphere, before any cloud
   float tau_sun;            // optical depth towards the sun through the other particles, at the centre
   vec3 tau_gradient_per_m;  // of that depth, for a linear variation inside the particle (clamped when used)
-  float tau_near;           // of tau_sun, what belongs to the cloud around: weighted by kColumnReachM and by how enclosed it is
-  float tau_behind;         // the same on the side away from the sun
-  vec3 openness;            // render space: towards where there is less cloud, at most 0.87 long; 0 amid cloud and in clear air
+  float tau_near;  // of tau_sun, what belongs to the cloud around: weighted by kColumnReachM and by how enclosed it is
+  float tau_behind;  // the same on the side away from the sun
+  vec3 openness;  // render space: towards where there is less cloud, at most 0.87 long; 0 amid cloud and in clear air
 };
 
 // Everything that shading one visible particle needs, in drawing order. *Reference space* is the unit space of the
 // ellipsoid, turned into the frame of the reference particle inside: the ellipsoid is the unit sphere there.
 struct DrawParticle {
   mat3 reference_from_render;
-  vec3 center_m;                 // render space
-  vec3 light_direction;          // unit, reference space, the way sunlight travels
+  vec3 center_m;         // render space
+  vec3 light_direction;  // unit, reference space, the way sunlight travels
   float extinction_per_m;
   vec3 sun_irradiance;
-  float optical_radius;          // of the homogeneous sphere that has this particle's mean density
-  vec3 tau_gradient_per_m;       // render space
+  float optical_radius;     // of the homogeneous sphere that has this particle's mean density
+  vec3 tau_gradient_per_m;  // render space
   float tau_sun;
-  vec3 sky_up_radiance;          // mean radiance of the sky above
+  vec3 sky_up_radiance;  // mean radiance of the sky above
   float base_m;
-  vec3 sky_down_radiance;        // mean radiance of air and ground below
-  float sky_share;               // of light from above, at the centre (cloud_light.h)
+  vec3 sky_down_radiance;  // mean radiance of air and ground below
+  float sky_share;         // of light from above, at the centre (cloud_light.h)
   vec3 radiance_per_sr;
   uint flags;
-  float tau_near;                // as in ParticleLight
+  float tau_near;  // as in ParticleLight
   float tau_behind;
-  float sky_share_per_m;         // its change with the altitude
-  float outward;                 // factor of diffuse sunlight towards the eye (cloud_light.h)
+  float sky_share_per_m;  // its change with the altitude
+  float outward;          // factor of diffuse sunlight towards the eye (cloud_light.h)
 };
 
 // Counters and indirect arguments that the passes of a frame fill. demand may exceed the capacity; count never does.
 struct FrameCounters {
   uint particle_demand;
   uint particle_count;
-  uint cell_particle_count; // of that: particles of the cloud field
-  uint kept_distance_bins;  // cells in farther bins than these found no room
+  uint cell_particle_count;  // of that: particles of the cloud field
+  uint kept_distance_bins;   // cells in farther bins than these found no room
   uint visible_demand;
   uint visible_count;
-  uint tile_pair_demand;    // (light tile, particle) pairs
+  uint tile_pair_demand;  // (light tile, particle) pairs
   uint tile_pair_count;
   uint cell_count;          // occupied cells
   uint pairs_shaded;        // (pixel, particle) pairs that the tiled backend shaded
@@ -122,10 +122,10 @@ struct FrameCounters {
   uvec4 draw;               // indirect draw: 6 * visible_count vertices, 1 instance
   uint screen_pair_demand;  // (screen tile, particle) pairs of the tiled backend
   uint screen_pair_count;
-  uvec3 screen_pair_groups; // indirect dispatch: ceil(screen_pair_count / 64), 1, 1
-  uint found_cell_count;    // cells that may get a weight
-  uvec3 found_cell_groups;  // indirect dispatch: ceil(found_cell_count / 64), 1, 1
-  uint rays_cut_short;      // threads of the tiled backend whose loops the driver ended
+  uvec3 screen_pair_groups;  // indirect dispatch: ceil(screen_pair_count / 64), 1, 1
+  uint found_cell_count;     // cells that may get a weight
+  uvec3 found_cell_groups;   // indirect dispatch: ceil(found_cell_count / 64), 1, 1
+  uint rays_cut_short;       // threads of the tiled backend whose loops the driver ended
 };
 
 NEPHELE_SHARED_END

@@ -13,8 +13,8 @@ NEPHELE_FN float ellipsoid_extent(vec3 radius_m, float yaw_rad, vec3 direction) 
   return length(local_from_render(direction, yaw_rad) * radius_m);
 }
 
-// How far the ellipsoid reaches in front of the plane through the camera with this inward normal of any length: below 0 when it
-// lies wholly behind. The margin covers rounding: 1e-5 of the distance is a hundredth of a pixel.
+// How far the ellipsoid reaches in front of the plane through the camera with this inward normal of any length: below 0
+// when it lies wholly behind. The margin covers rounding: 1e-5 of the distance is a hundredth of a pixel.
 NEPHELE_FN float in_front_of(Particle particle, float distance_m, vec3 inward) {
   float margin = 1e-5f * distance_m * length(inward);
   return dot(inward, particle.center_m) + ellipsoid_extent(particle.radius_m, particle.yaw_rad, inward) + margin;
@@ -45,7 +45,8 @@ NEPHELE_FN bool particle_visible(FrameConstants frame, Particle particle) {
   inside = min(inside, min(in_front_of(particle, distance_m, w + x), in_front_of(particle, distance_m, w - x)));
   inside = min(inside, min(in_front_of(particle, distance_m, w + y), in_front_of(particle, distance_m, w - y)));
   bool hidden = inside < 0.0f || behind_horizon(particle, frame.ground_enabled == 0u ? -1.0f : frame.camera_grid_m.z);
-  // No branch on what is constant over the frame alone: lavapipe would compile the shader anew for each frame's constants.
+  // No branch on what is constant over the frame alone: lavapipe would compile the shader anew for each frame's
+  // constants.
   return (hidden ? frame.culling_enabled : 0u) == 0u;
 }
 

@@ -9,17 +9,18 @@
 
 NEPHELE_SHARED_BEGIN
 
-// Where a map lies in grid space. Whole texels are integers, so that a place 10 000 km out is as precise as one at home.
+// Where a map lies in grid space. Whole texels are integers, so that a place 10 000 km out is as precise as one at
+// home.
 struct WeatherPlacement {
-  ivec2 size;      // texels along x and y; 0: there is no map
-  ivec2 base;      // the texel whose middle is south-west of the grid origin, or at it; rows counted from the south
-  vec2 offset;     // of the grid origin from that middle, texels in [0, 1)
-  vec2 per_m;      // texels a metre
+  ivec2 size;   // texels along x and y; 0: there is no map
+  ivec2 base;   // the texel whose middle is south-west of the grid origin, or at it; rows counted from the south
+  vec2 offset;  // of the grid origin from that middle, texels in [0, 1)
+  vec2 per_m;   // texels a metre
 };
 
 struct Weather {
   WeatherPlacement placement;
-  float coverage;          // beyond the map
+  float coverage;  // beyond the map
 #ifdef __cplusplus
   const uint* texels = nullptr;  // as in the buffer
 #endif
@@ -46,8 +47,8 @@ NEPHELE_FN vec2 weather_texel(Weather weather, ivec2 at) {
   return vec2(float(texel & 255u), float((texel >> 8u) & 255u)) * (1.0f / 255.0f);
 }
 
-// Coverage (x) and type (y) at a place in grid space, bilinear between the middles of texels; outside the map the scene's
-// own coverage, and the type of clouds without a map. Continuous everywhere.
+// Coverage (x) and type (y) at a place in grid space, bilinear between the middles of texels; outside the map the
+// scene's own coverage, and the type of clouds without a map. Continuous everywhere.
 NEPHELE_FN vec2 weather_at(Weather weather, vec2 p_grid_m) {
   vec2 beyond = vec2(weather.coverage, kCongestus);
   vec2 t = p_grid_m * weather.placement.per_m + weather.placement.offset;
@@ -64,7 +65,8 @@ NEPHELE_FN vec2 weather_at(Weather weather, vec2 p_grid_m) {
 }
 
 #ifdef __cplusplus
-// grid_origin_m: of grid space, in the world's own coordinates (with the wind's drift). corner_m: the map's south-west one.
+// grid_origin_m: of grid space, in the world's own coordinates (with the wind's drift). corner_m: the map's south-west
+// one.
 inline WeatherPlacement weather_placement(ivec2 size, dvec2 corner_m, dvec2 extent_m, dvec2 grid_origin_m) {
   const dvec2 per_m = dvec2(size) / extent_m;
   const dvec2 origin = (grid_origin_m - corner_m) * per_m - 0.5;

@@ -77,7 +77,9 @@ struct GridPlace {
 inline GridPlace grid_place(dvec3 cloud_m) {
   const double unit = static_cast<double>(kOriginUnitM);
   const double ix = std::round(cloud_m.x / unit), iy = std::round(cloud_m.y / unit);
-  const auto wrap = [](double index) { return static_cast<int>(static_cast<std::uint32_t>(static_cast<std::int64_t>(index))); };
+  const auto wrap = [](double index) {
+    return static_cast<int>(static_cast<std::uint32_t>(static_cast<std::int64_t>(index)));
+  };
   return {ivec2(wrap(ix), wrap(iy)), vec3(dvec3(cloud_m.x - ix * unit, cloud_m.y - iy * unit, cloud_m.z))};
 }
 

@@ -75,7 +75,8 @@ TEST_CASE("reading and writing one resource in one step counts as a write for wh
 }
 
 TEST_CASE("the plan can be read") {
-  const std::vector<StepDeclaration> steps = {{"sort", {{kA, Access::storage_write}}}, {"draw", {{kA, Access::storage_read}}}};
+  const std::vector<StepDeclaration> steps = {{"sort", {{kA, Access::storage_write}}},
+                                              {"draw", {{kA, Access::storage_read}}}};
   const std::vector<std::string> names = {"order", "image"};
   const auto barriers = plan_barriers(steps, 2);
   const std::string text = describe_plan(steps, barriers, names);

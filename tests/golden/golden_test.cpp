@@ -18,20 +18,22 @@ using nephele::test::test_tables;
 namespace {
 
 constexpr std::uint32_t kWidth = 128, kHeight = 72;
-constexpr double kPixelTolerance = 0.004;     // radiance per sun irradiance: a fiftieth of a lit cloud
-constexpr double kFailingFraction = 0.01;     // of the pixels
+constexpr double kPixelTolerance = 0.004;  // radiance per sun irradiance: a fiftieth of a lit cloud
+constexpr double kFailingFraction = 0.01;  // of the pixels
 constexpr double kLargestDifference = 0.15;
-constexpr double kMeanBias = 0.002;           // relative
+constexpr double kMeanBias = 0.002;  // relative
 
 ImageF render(const std::string& scene_name) {
   const auto scene = load_scene(std::string(NEPHELE_SOURCE_DIR) + "/tools/scenes/" + scene_name + ".json");
   REQUIRE(scene);
-  const auto renderer = Renderer::create(test_device(), test_tables(), *scene, {.width = kWidth, .height = kHeight, .quality = Quality::low});
+  const auto renderer = Renderer::create(test_device(), test_tables(), *scene,
+                                         {.width = kWidth, .height = kHeight, .quality = Quality::low});
   REQUIRE(renderer);
   (*renderer)->render(scene->camera, 0.0);
   const std::vector<float> rgba = (*renderer)->read_hdr();
   ImageF image{kWidth, kHeight, {"R", "G", "B"}, {}};
-  for (std::size_t i = 0; i < rgba.size(); i += 4) image.data.insert(image.data.end(), {rgba[i], rgba[i + 1], rgba[i + 2]});
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    image.data.insert(image.data.end(), {rgba[i], rgba[i + 1], rgba[i + 2]});
   return image;
 }
 
@@ -75,7 +77,8 @@ TEST_CASE("two frames of one renderer, and of two, are identical") {
   REQUIRE(scene);
   std::vector<std::vector<float>> images;
   for (int maker = 0; maker < 2; ++maker) {
-    const auto renderer = Renderer::create(test_device(), test_tables(), *scene, {.width = kWidth, .height = kHeight, .quality = Quality::low});
+    const auto renderer = Renderer::create(test_device(), test_tables(), *scene,
+                                           {.width = kWidth, .height = kHeight, .quality = Quality::low});
     REQUIRE(renderer);
     for (int frame = 0; frame < 2; ++frame) {
       (*renderer)->render(scene->camera, 0.0);

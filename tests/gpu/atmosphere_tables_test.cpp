@@ -54,7 +54,8 @@ TEST_CASE("the atmosphere's tables agree with the CPU") {
   Device& device = test::test_device();
   AtmospherePass pass(device);
   FrameExecutor executor(device);
-  for (const auto& [altitude_m, sun_deg] : {std::pair{2.0, 45.0}, {1500.0, 3.0}, {11000.0, -4.0}, {40000.0, 70.0}, {250000.0, 10.0}}) {
+  for (const auto& [altitude_m, sun_deg] :
+       {std::pair{2.0, 45.0}, {1500.0, 3.0}, {11000.0, -4.0}, {40000.0, 70.0}, {250000.0, 10.0}}) {
     CAPTURE(altitude_m);
     CAPTURE(sun_deg);
     const FrameConstants constants = test::sky_constants({.altitude_m = altitude_m, .sun_elevation_deg = sun_deg});
@@ -77,15 +78,17 @@ TEST_CASE("the atmosphere's tables agree with the CPU") {
                 multi_scattering_texel(transmittance.table, uvec2(x, y), constants.ground_albedo));
       for (std::uint32_t y = 0; y < kSkyIrradianceBlocks * kSkyIrradianceHeight; y += 5)
         for (std::uint32_t x = 0; x < kSkyIrradianceWidth; x += 7)
-          c.add(sky_irradiance.values[y * kSkyIrradianceWidth + x],
-                sky_irradiance_texel(transmittance.table, multi_scattering.table, uvec2(x, y), constants.ground_albedo));
+          c.add(
+              sky_irradiance.values[y * kSkyIrradianceWidth + x],
+              sky_irradiance_texel(transmittance.table, multi_scattering.table, uvec2(x, y), constants.ground_albedo));
       CHECK(a.get() < kTolerance);
       CHECK(b.get() < kTolerance);
       CHECK(c.get() < kTolerance);
     }
 
     const float h = constants.camera_grid_m.z, sun_mu = constants.sun_direction.z;
-    const Texels smooth = read(tables.sky_smooth), aerosol = read(tables.sky_aerosol), through = read(tables.view_transmittance);
+    const Texels smooth = read(tables.sky_smooth), aerosol = read(tables.sky_aerosol),
+                 through = read(tables.view_transmittance);
     Worst d(smooth), e(aerosol), f(through);
     for (std::uint32_t y = 0; y < kSkyViewHeight; ++y) {
       for (std::uint32_t x = 0; x < kSkyViewWidth; x += 5) {
@@ -142,7 +145,8 @@ TEST_CASE("tables are made once, and again for another ground, altitude or sun")
   CHECK(steps(glm::vec3(0.8f), true) == 4);
   const Texels bright = read(pass.tables().sky_irradiance);
   // Over snow the light from below is several times that over a dark ground, and the sky itself is brighter.
-  const vec3 below_dark = sky_irradiance_from_below(dark.table, 1000.0f, 0.7f), below_bright = sky_irradiance_from_below(bright.table, 1000.0f, 0.7f);
+  const vec3 below_dark = sky_irradiance_from_below(dark.table, 1000.0f, 0.7f),
+             below_bright = sky_irradiance_from_below(bright.table, 1000.0f, 0.7f);
   CHECK(below_bright.y > 3.0f * below_dark.y);
   CHECK(sky_irradiance_from_above(bright.table, 0.0f, 0.7f).y > sky_irradiance_from_above(dark.table, 0.0f, 0.7f).y);
   constants.camera_grid_m.z += 0.25f;

@@ -56,18 +56,22 @@ void compare(const FrameConstants& constants) {
     }
     for (std::uint32_t slot = 0; slot < count; slot += 3) {
       const Particle& a = gpu.particles[gpu.cell_first[i] + slot];
-      const Particle b = shared::render_particle(constants, cell, shared::cell_particle(constants, params, cell, cloud, slot));
+      const Particle b =
+          shared::render_particle(constants, cell, shared::cell_particle(constants, params, cell, cloud, slot));
       ++particles;
       CHECK(a.id == b.id);
       CHECK(a.flags == b.flags);
       const float scale = glm::max(b.radius_m.x, b.radius_m.z);
-      const bool near = glm::length(a.center_m - b.center_m) < 0.02f * scale + 1.0f && glm::length(a.radius_m - b.radius_m) < 0.02f * scale &&
+      const bool near = glm::length(a.center_m - b.center_m) < 0.02f * scale + 1.0f &&
+                        glm::length(a.radius_m - b.radius_m) < 0.02f * scale &&
                         std::fabs(a.extinction_per_m - b.extinction_per_m) < 0.02f * constants.extinction_per_m &&
-                        std::fabs(a.base_m - b.base_m) < 0.5f && std::fabs(a.top_m - b.top_m) < 0.02f * constants.thickness_m;
+                        std::fabs(a.base_m - b.base_m) < 0.5f &&
+                        std::fabs(a.top_m - b.top_m) < 0.02f * constants.thickness_m;
       differing_particles += !near;
     }
   }
-  MESSAGE(cells, " cells, ", differing_cells, " differ; ", particles, " particles compared, ", differing_particles, " differ");
+  MESSAGE(cells, " cells, ", differing_cells, " differ; ", particles, " particles compared, ", differing_particles,
+          " differ");
   CHECK(cells > 500);
   CHECK(gpu.counters.cell_count <= cells);
   CHECK(gpu.counters.cell_count >= cells - differing_cells);
@@ -78,9 +82,7 @@ void compare(const FrameConstants& constants) {
 
 }  // namespace
 
-TEST_CASE("particles on the device are those of the shared headers") {
-  compare(cloud_frame());
-}
+TEST_CASE("particles on the device are those of the shared headers") { compare(cloud_frame()); }
 
 TEST_CASE("also under a deck, far out and with another grid") {
   CameraState camera;

@@ -36,7 +36,8 @@ TEST_CASE("steps run in order, direct and indirect, and are timed by name") {
   Device& device = test_device();
   const ComputeKernel twice(device, shaders::test_double_comp);
   constexpr std::uint32_t kCount = 1000;
-  Buffer a(device, "a", kCount * 4), b(device, "b", kCount * 4), c(device, "c", kCount * 4), arguments(device, "arguments", 12);
+  Buffer a(device, "a", kCount * 4), b(device, "b", kCount * 4), c(device, "c", kCount * 4),
+      arguments(device, "arguments", 12);
   const Buffer back(device, "back", kCount * 4, Buffer::Memory::readback);
   std::vector<std::uint32_t> values(kCount);
   std::iota(values.begin(), values.end(), 1u);
@@ -44,10 +45,16 @@ TEST_CASE("steps run in order, direct and indirect, and are timed by name") {
   arguments.write_vector(std::vector<std::uint32_t>{(kCount + 63) / 64, 1, 1});
 
   FrameBuilder frame(device);
-  frame.compute({.name = "first", .kernel = &twice, .bindings = {{0, a, Access::storage_read}, {1, b, Access::storage_write}},
-                 .push = as_push(kCount), .groups = {(kCount + 63) / 64, 1, 1}});
-  frame.compute({.name = "second", .kernel = &twice, .bindings = {{0, b, Access::storage_read}, {1, c, Access::storage_write}},
-                 .push = as_push(kCount), .indirect = {&arguments, 0}});
+  frame.compute({.name = "first",
+                 .kernel = &twice,
+                 .bindings = {{0, a, Access::storage_read}, {1, b, Access::storage_write}},
+                 .push = as_push(kCount),
+                 .groups = {(kCount + 63) / 64, 1, 1}});
+  frame.compute({.name = "second",
+                 .kernel = &twice,
+                 .bindings = {{0, b, Access::storage_read}, {1, c, Access::storage_write}},
+                 .push = as_push(kCount),
+                 .indirect = {&arguments, 0}});
   frame.read_back("read", c, back, kCount * 4);
   FrameExecutor executor(device);
   for (int run = 0; run < 2; ++run) {

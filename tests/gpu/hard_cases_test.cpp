@@ -21,14 +21,13 @@ TEST_CASE("hard cases study" * doctest::skip()) {
     SphereRay ray;
   };
   const double r = std::sqrt(0.5);
-  for (const Case& at : {Case{"light with the view ray, through the middle", {1, 1, 1}},
-                         Case{"light against the view ray, through the middle", {-1, 1, -1}},
-                         Case{"light with the view ray, h = 0.5", {0.5, 0.5, 1}},
-                         Case{"light against the view ray, h = 0.5", {-0.5, 0.5, -1}},
-                         Case{"entry facing the light, slanting", {-1, r, -r}},
-                         Case{"entry at the dark pole, slanting", {1, r, r}},
-                         Case{"entry on the terminator", {0, r, 0.5}},
-                         Case{"chord of 2e-4 radii, lit", {-0.5, 1e-4, 0.3}}}) {
+  for (const Case& at :
+       {Case{"light with the view ray, through the middle", {1, 1, 1}},
+        Case{"light against the view ray, through the middle", {-1, 1, -1}},
+        Case{"light with the view ray, h = 0.5", {0.5, 0.5, 1}},
+        Case{"light against the view ray, h = 0.5", {-0.5, 0.5, -1}},
+        Case{"entry facing the light, slanting", {-1, r, -r}}, Case{"entry at the dark pole, slanting", {1, r, r}},
+        Case{"entry on the terminator", {0, r, 0.5}}, Case{"chord of 2e-4 radii, lit", {-0.5, 1e-4, 0.3}}}) {
     for (const double sigma : {1e-6, 1.0, 1e4}) {
       CAPTURE(at.name);
       CAPTURE(sigma);

@@ -10,9 +10,9 @@
 #include <cstring>
 
 #include "engine/frame.h"
-#include "lut/packed_optical_depth.h"
 #include "lut/gpu_tables.h"
 #include "lut/oracles.h"
+#include "lut/packed_optical_depth.h"
 #include "lut/paper_tables.h"
 #include "shared/paper_axes.h"
 #include "shared/phase.h"
@@ -64,8 +64,10 @@ class Lookup {
         depth_{2, depth, Access::sampled},
         single_(single),
         multiple_(multiple) {}
-  Lookup(std::uint32_t what, const Buffer& packed_depth, std::uint32_t vertices, const Image& single, const Image& multiple)
-      : kernel_(test::test_device(), shaders::study_tables_comp_packed, std::array{SpecConstant{0, what}, SpecConstant{10, vertices}}),
+  Lookup(std::uint32_t what, const Buffer& packed_depth, std::uint32_t vertices, const Image& single,
+         const Image& multiple)
+      : kernel_(test::test_device(), shaders::study_tables_comp_packed,
+                std::array{SpecConstant{0, what}, SpecConstant{10, vertices}}),
         depth_{2, packed_depth, Access::words},
         single_(single),
         multiple_(multiple) {}
@@ -125,7 +127,8 @@ TEST_CASE("small tables of the paper: fetched alike on both sides, right at the 
   CHECK(loaded->multiple_scattering.array.data == tables.multiple_scattering.array.data);
   CHECK(loaded->parameters.scattering_size == parameters.scattering_size);
 
-  const FloatTexture depth(tables.optical_depth), single(tables.single_scattering), multiple(tables.multiple_scattering);
+  const FloatTexture depth(tables.optical_depth), single(tables.single_scattering),
+      multiple(tables.multiple_scattering);
   const vec4 depth_size = as_vector(parameters.optical_depth_size), size = as_vector(parameters.scattering_size);
   // A vertex in the middle of every axis: theta = pi/2 (c = 0), phi = 4/11 turn, zenith pi/4, sigma = 12.88 / sqrt(2).
   const double sigma = shared::paper_optical_radius_from_axis(0.5f), h = std::sqrt(0.5);
@@ -152,10 +155,10 @@ TEST_CASE("small tables of the paper: fetched alike on both sides, right at the 
     const Query& q = queries[i];
     const SphereRay r = variables_of(q);
     const vec4 axes = shared::paper_scattering_axes(float(r.c), float(r.h), float(r.mu), q.sigma);
-    worst = std::max({worst,
-                      std::abs(chords[i].x - fetch_paper(depth, shared::paper_chord_axes(q.entry, q.exit), depth_size).x),
-                      std::abs(spheres[i].y - fetch_paper(single, axes, size).x),
-                      std::abs(spheres[i].z - fetch_paper(multiple, axes, size).x)});
+    worst = std::max(
+        {worst, std::abs(chords[i].x - fetch_paper(depth, shared::paper_chord_axes(q.entry, q.exit), depth_size).x),
+         std::abs(spheres[i].y - fetch_paper(single, axes, size).x),
+         std::abs(spheres[i].z - fetch_paper(multiple, axes, size).x)});
   }
   // Filtering weights may have 8 bits: 1/256 of a step between texels of at most 1, along each of four axes.
   CHECK(worst < 0.016f);

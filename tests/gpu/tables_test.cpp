@@ -131,7 +131,8 @@ TEST_CASE("the device fetches what the CPU fetches, everywhere") {
     const vec2 depth = fetch_optical_depth(optical_depth, q.entry, q.exit);
     worst_depth =
         std::max<double>({worst_depth, std::abs(depth.x - a.optical_depth.x), std::abs(depth.y - a.optical_depth.y)});
-    worst_packed = std::max<double>({worst_packed, std::abs(depth.x - a.packed_optical_depth.x), std::abs(depth.y - a.packed_optical_depth.y)});
+    worst_packed = std::max<double>(
+        {worst_packed, std::abs(depth.x - a.packed_optical_depth.x), std::abs(depth.y - a.packed_optical_depth.y)});
     const float single = shared::single_scattering(c, h, mu, q.sigma);
     worst_single = std::max<double>(worst_single, std::abs(single - a.single));
     const float radiance = fetch_multiple(multiple, c, h, mu, q.sigma, q.g);
@@ -147,7 +148,8 @@ TEST_CASE("the device fetches what the CPU fetches, everywhere") {
   // Filtering weights may have 8 bits: 1/256 of the step between texels, which is at most 1 in either table. Lavapipe
   // is far better.
   CHECK(worst_depth < 0.006);
-  // Every vertex is there exactly, but what lies between the coarse ones has 11 bits in the texture. Weights are floats.
+  // Every vertex is there exactly, but what lies between the coarse ones has 11 bits in the texture. Weights are
+  // floats.
   CHECK(worst_packed < 3e-4);
   // Grazing chords amplify the rounding of the cosines by sigma.
   CHECK(worst_single < 0.002);
@@ -170,7 +172,8 @@ TEST_CASE("a packed table of any size gives what the texture gives") {
     double worst = 0;
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const vec2 depth = fetch_optical_depth(texture, queries[i].entry, queries[i].exit);
-      worst = std::max<double>({worst, std::abs(depth.x - answers[i].packed_optical_depth.x), std::abs(depth.y - answers[i].packed_optical_depth.y)});
+      worst = std::max<double>({worst, std::abs(depth.x - answers[i].packed_optical_depth.x),
+                                std::abs(depth.y - answers[i].packed_optical_depth.y)});
     }
     CHECK(worst < 3e-4);
   }
@@ -186,8 +189,8 @@ TEST_CASE("single plus multiple scattering on the device is within 2 % of a fine
     std::vector<double> errors(queries.size()), values(queries.size());
     parallel_for(static_cast<int>(queries.size()), [&](int i) {
       const SphereRay t = cosines(queries[i]);
-      const double single = exact_phase_per_sr(shared::kPhaseHenyeyGreenstein, t.mu, g_table) *
-                            exact_single_scattering(t, sigma);
+      const double single =
+          exact_phase_per_sr(shared::kPhaseHenyeyGreenstein, t.mu, g_table) * exact_single_scattering(t, sigma);
       const double x = shared::azimuth_cosine(float(t.c), float(t.h), float(t.mu));
       values[i] = single + fine.chord_source(t.c, t.h, x) * -std::expm1(-2 * sigma * t.h);
       errors[i] = answers[i].phase * answers[i].single + answers[i].multiple - values[i];

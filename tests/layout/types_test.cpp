@@ -36,52 +36,92 @@ void check_layout(const ShaderCode& code, const char* struct_name, const std::ve
 
 TEST_CASE("FrameConstants") {
   check_layout(shaders::prepare_draw_comp, "FrameConstants",
-               {MEMBER(FrameConstants, clip_from_render), MEMBER(FrameConstants, render_from_clip), MEMBER(FrameConstants, camera_grid_m),
-                MEMBER(FrameConstants, camera_cell), MEMBER(FrameConstants, growth_turns), MEMBER(FrameConstants, sun_direction), MEMBER(FrameConstants, sun_angular_radius_rad),
-                MEMBER(FrameConstants, sun_irradiance), MEMBER(FrameConstants, exposure), MEMBER(FrameConstants, ground_albedo),
-                MEMBER(FrameConstants, atmosphere_enabled), MEMBER(FrameConstants, image_size_px), MEMBER(FrameConstants, layer_size_px),
-                MEMBER(FrameConstants, scale), MEMBER(FrameConstants, ground_enabled), MEMBER(FrameConstants, origin_index),
-                MEMBER(FrameConstants, seed), MEMBER(FrameConstants, clouds_enabled), MEMBER(FrameConstants, coverage),
-                MEMBER(FrameConstants, base_m), MEMBER(FrameConstants, thickness_m), MEMBER(FrameConstants, extinction_per_m),
-                MEMBER(FrameConstants, view_distance_m), MEMBER(FrameConstants, ring_count), MEMBER(FrameConstants, ring_size_cells),
-                MEMBER(FrameConstants, layer_count), MEMBER(FrameConstants, inner_cell_m), MEMBER(FrameConstants, phase_g),
-                MEMBER(FrameConstants, phase_function), MEMBER(FrameConstants, listed_particle_count),
-                MEMBER(FrameConstants, light_from_render), MEMBER(FrameConstants, host_scene), MEMBER(FrameConstants, culling_enabled), MEMBER(FrameConstants, crown_per_cell)});
+               {MEMBER(FrameConstants, clip_from_render),
+                MEMBER(FrameConstants, render_from_clip),
+                MEMBER(FrameConstants, camera_grid_m),
+                MEMBER(FrameConstants, camera_cell),
+                MEMBER(FrameConstants, growth_turns),
+                MEMBER(FrameConstants, sun_direction),
+                MEMBER(FrameConstants, sun_angular_radius_rad),
+                MEMBER(FrameConstants, sun_irradiance),
+                MEMBER(FrameConstants, exposure),
+                MEMBER(FrameConstants, ground_albedo),
+                MEMBER(FrameConstants, atmosphere_enabled),
+                MEMBER(FrameConstants, image_size_px),
+                MEMBER(FrameConstants, layer_size_px),
+                MEMBER(FrameConstants, scale),
+                MEMBER(FrameConstants, ground_enabled),
+                MEMBER(FrameConstants, origin_index),
+                MEMBER(FrameConstants, seed),
+                MEMBER(FrameConstants, clouds_enabled),
+                MEMBER(FrameConstants, coverage),
+                MEMBER(FrameConstants, base_m),
+                MEMBER(FrameConstants, thickness_m),
+                MEMBER(FrameConstants, extinction_per_m),
+                MEMBER(FrameConstants, view_distance_m),
+                MEMBER(FrameConstants, ring_count),
+                MEMBER(FrameConstants, ring_size_cells),
+                MEMBER(FrameConstants, layer_count),
+                MEMBER(FrameConstants, inner_cell_m),
+                MEMBER(FrameConstants, phase_g),
+                MEMBER(FrameConstants, phase_function),
+                MEMBER(FrameConstants, listed_particle_count),
+                MEMBER(FrameConstants, light_from_render),
+                MEMBER(FrameConstants, host_scene),
+                MEMBER(FrameConstants, culling_enabled),
+                MEMBER(FrameConstants, crown_per_cell)});
 }
 
 TEST_CASE("Particle") {
-  check_layout(shaders::particles_comp, "Particle",
-               {MEMBER(Particle, center_m), MEMBER(Particle, extinction_per_m), MEMBER(Particle, radius_m), MEMBER(Particle, yaw_rad),
-                MEMBER(Particle, orientation), MEMBER(Particle, flags), MEMBER(Particle, base_m), MEMBER(Particle, top_m),
-                MEMBER(Particle, radiance_per_sr), MEMBER(Particle, id)});
+  check_layout(
+      shaders::particles_comp, "Particle",
+      {MEMBER(Particle, center_m), MEMBER(Particle, extinction_per_m), MEMBER(Particle, radius_m),
+       MEMBER(Particle, yaw_rad), MEMBER(Particle, orientation), MEMBER(Particle, flags), MEMBER(Particle, base_m),
+       MEMBER(Particle, top_m), MEMBER(Particle, radiance_per_sr), MEMBER(Particle, id)});
 }
 
 TEST_CASE("ParticleLight") {
-  check_layout(shaders::occlusion_comp, "ParticleLight",
-               {MEMBER(ParticleLight, sun_irradiance), MEMBER(ParticleLight, tau_sun), MEMBER(ParticleLight, tau_gradient_per_m),
-                MEMBER(ParticleLight, tau_near), MEMBER(ParticleLight, tau_behind), MEMBER(ParticleLight, openness)});
+  check_layout(
+      shaders::occlusion_comp, "ParticleLight",
+      {MEMBER(ParticleLight, sun_irradiance), MEMBER(ParticleLight, tau_sun), MEMBER(ParticleLight, tau_gradient_per_m),
+       MEMBER(ParticleLight, tau_near), MEMBER(ParticleLight, tau_behind), MEMBER(ParticleLight, openness)});
 }
 
 TEST_CASE("DrawParticle") {
-  check_layout(shaders::cloud_frag_alpha, "DrawParticle",
-               {MEMBER(DrawParticle, reference_from_render), MEMBER(DrawParticle, center_m), MEMBER(DrawParticle, light_direction),
-                MEMBER(DrawParticle, extinction_per_m), MEMBER(DrawParticle, sun_irradiance), MEMBER(DrawParticle, optical_radius),
-                MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, sky_up_radiance),
-                MEMBER(DrawParticle, base_m), MEMBER(DrawParticle, sky_down_radiance), MEMBER(DrawParticle, sky_share),
-                MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, flags), MEMBER(DrawParticle, tau_near),
-                MEMBER(DrawParticle, tau_behind), MEMBER(DrawParticle, sky_share_per_m), MEMBER(DrawParticle, outward)});
+  check_layout(
+      shaders::cloud_frag_alpha, "DrawParticle",
+      {MEMBER(DrawParticle, reference_from_render), MEMBER(DrawParticle, center_m),
+       MEMBER(DrawParticle, light_direction), MEMBER(DrawParticle, extinction_per_m),
+       MEMBER(DrawParticle, sun_irradiance), MEMBER(DrawParticle, optical_radius),
+       MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, sky_up_radiance),
+       MEMBER(DrawParticle, base_m), MEMBER(DrawParticle, sky_down_radiance), MEMBER(DrawParticle, sky_share),
+       MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, flags), MEMBER(DrawParticle, tau_near),
+       MEMBER(DrawParticle, tau_behind), MEMBER(DrawParticle, sky_share_per_m), MEMBER(DrawParticle, outward)});
 }
 
 TEST_CASE("FrameCounters") {
   check_layout(shaders::prepare_draw_comp, "FrameCounters",
-               {MEMBER(FrameCounters, particle_demand), MEMBER(FrameCounters, particle_count),
-                MEMBER(FrameCounters, cell_particle_count), MEMBER(FrameCounters, kept_distance_bins),
+               {MEMBER(FrameCounters, particle_demand),
+                MEMBER(FrameCounters, particle_count),
+                MEMBER(FrameCounters, cell_particle_count),
+                MEMBER(FrameCounters, kept_distance_bins),
                 MEMBER(FrameCounters, visible_demand),
-                MEMBER(FrameCounters, visible_count), MEMBER(FrameCounters, tile_pair_demand), MEMBER(FrameCounters, tile_pair_count),
-                MEMBER(FrameCounters, cell_count), MEMBER(FrameCounters, pairs_shaded), MEMBER(FrameCounters, thin_groups), MEMBER(FrameCounters, particle_groups),
-                MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw),
-                MEMBER(FrameCounters, screen_pair_demand), MEMBER(FrameCounters, screen_pair_count), MEMBER(FrameCounters, screen_pair_groups),
-                MEMBER(FrameCounters, found_cell_count), MEMBER(FrameCounters, found_cell_groups), MEMBER(FrameCounters, rays_cut_short)});
+                MEMBER(FrameCounters, visible_count),
+                MEMBER(FrameCounters, tile_pair_demand),
+                MEMBER(FrameCounters, tile_pair_count),
+                MEMBER(FrameCounters, cell_count),
+                MEMBER(FrameCounters, pairs_shaded),
+                MEMBER(FrameCounters, thin_groups),
+                MEMBER(FrameCounters, particle_groups),
+                MEMBER(FrameCounters, visible_groups),
+                MEMBER(FrameCounters, tile_pair_groups),
+                MEMBER(FrameCounters, draw),
+                MEMBER(FrameCounters, screen_pair_demand),
+                MEMBER(FrameCounters, screen_pair_count),
+                MEMBER(FrameCounters, screen_pair_groups),
+                MEMBER(FrameCounters, found_cell_count),
+                MEMBER(FrameCounters, found_cell_groups),
+                MEMBER(FrameCounters, rays_cut_short)});
 }
 
 TEST_CASE("reflection tells bindings and their direction") {

@@ -7,8 +7,8 @@
 #include "tests/math/atmosphere_reference.h"
 
 using namespace nephele::shared;
-using nephele::test::AtmosphereOnCpu;
 using nephele::test::atmosphere_on_cpu;
+using nephele::test::AtmosphereOnCpu;
 using nephele::test::black_table;
 namespace ref = nephele::test::atmosphere_reference;
 
@@ -27,7 +27,8 @@ struct Look {
 // A whole ray, exactly as a texel of the sky view holds it.
 Look look(const AtmosphereOnCpu& air, float h, float mu, float azimuth_rad, float sun_elevation_rad, bool ground,
           const Table2D* multi_scattering = nullptr) {
-  const ViewRay ray = view_ray_from_unit(unit_from_azimuth_cosine(std::cos(azimuth_rad)), mu, h, std::sin(sun_elevation_rad));
+  const ViewRay ray =
+      view_ray_from_unit(unit_from_azimuth_cosine(std::cos(azimuth_rad)), mu, h, std::sin(sun_elevation_rad));
   Look result;
   result.march = march_segment(air.transmittance, multi_scattering ? *multi_scattering : air.multi_scattering, ray,
                                air_segment(h, mu, ground), kSkyViewSteps);
@@ -52,7 +53,8 @@ TEST_CASE("single scattering of whole rays against brute force") {
         for (const float azimuth : {0.3f, 2.5f}) {
           const glm::dvec3 exact = ref::single_scattering(h, mu, azimuth, std::sin(sun_deg * kDegree), length);
           const glm::dvec3 got = look(air, h, mu, azimuth, sun_deg * kDegree, ground, &none).light;
-          // Steps of the march and the transmittance table; a low sun leaves most of a ray in shadow, its lit end in few steps.
+          // Steps of the march and the transmittance table; a low sun leaves most of a ray in shadow, its lit end in
+          // few steps.
           const double error = std::abs(luminance(vec3(got - exact))) / (luminance(vec3(exact)) + 1e-5);
           worst = std::max(worst, error);
           CAPTURE(h);
@@ -79,8 +81,8 @@ TEST_CASE("sky light on the ground against Monte Carlo of all orders") {
       CAPTURE(channel);
       CAPTURE(exact);
       CAPTURE(got[channel]);
-      // 1 % noise; the rest is the isotropic higher orders of [Hillaire20] and 64 directions: within 4 % from 30 degrees
-      // up, 8 % too little at 15.
+      // 1 % noise; the rest is the isotropic higher orders of [Hillaire20] and 64 directions: within 4 % from 30
+      // degrees up, 8 % too little at 15.
       CHECK(double{got[channel]} == doctest::Approx(exact).epsilon(0.1));
     }
   }
@@ -91,13 +93,15 @@ TEST_CASE("mean radiance above and below against fine quadrature, with the horiz
   for (const float deg : {40.0f, 8.0f})
     for (const bool below : {false, true}) {
       const float h = 1500.0f, sun = deg * kDegree, horizon = horizon_cosine(h);
-      const vec3 ground = air.ground_albedo / kPi * (sun_transmittance(air.transmittance, 0.0f, std::sin(sun)) * std::sin(sun) +
-                                                     sky_irradiance_from_above(air.sky_irradiance, 0.0f, std::sin(sun)));
+      const vec3 ground = air.ground_albedo / kPi *
+                          (sun_transmittance(air.transmittance, 0.0f, std::sin(sun)) * std::sin(sun) +
+                           sky_irradiance_from_above(air.sky_irradiance, 0.0f, std::sin(sun)));
       dvec3 mean(0.0), cosine_weighted(0.0);
       const int rings = 120, sectors = 24;
       for (int i = 0; i < rings; ++i)
         for (int j = 0; j < sectors; ++j) {
-          const float mu = (below ? -1.0f : 1.0f) * (float(i) + 0.5f) / rings, azimuth = kPi * (float(j) + 0.5f) / sectors;
+          const float mu = (below ? -1.0f : 1.0f) * (float(i) + 0.5f) / rings,
+                      azimuth = kPi * (float(j) + 0.5f) / sectors;
           const bool hits = mu < horizon;
           const Look seen = look(air, h, mu, azimuth, sun, hits);
           const dvec3 radiance(seen.light + (hits ? seen.march.transmittance * ground : vec3(0.0f)));
@@ -156,7 +160,8 @@ TEST_CASE("sky light falls with altitude and the zenith is bluer than the horizo
 
 TEST_CASE("no altitude, direction or sun gives anything but finite light") {
   const AtmosphereOnCpu& air = atmosphere_on_cpu();
-  for (const float h : {0.0f, 1e-3f, 2.0f, 1500.0f, 11000.0f, 40000.0f, 99999.0f, 100000.0f, 100001.0f, 400000.0f, 1e7f}) {
+  for (const float h :
+       {0.0f, 1e-3f, 2.0f, 1500.0f, 11000.0f, 40000.0f, 99999.0f, 100000.0f, 100001.0f, 400000.0f, 1e7f}) {
     for (const float sun_deg : {-90.0f, -18.0f, -6.0f, -0.3f, 0.0f, 0.3f, 5.0f, 89.9f, 90.0f}) {
       for (const float x : {-1.0f, -0.5f, -1e-3f, 0.0f, 1e-7f, 1e-3f, 0.5f, 1.0f}) {
         const float horizon = horizon_cosine(h);
@@ -226,8 +231,9 @@ TEST_CASE("the aerial perspective's march agrees with quadrature and ends in the
         for (int c = 0; c < 3; ++c) CHECK(std::abs(march.transmittance[c] - exact[c]) < 0.004);
       }
       if (to_ground > 0) continue;
-      const Look whole = look(air, h, ray.cos_zenith, std::acos(azimuth_cosine_from_unit(unit_from_index(9, kAerialAzimuths))),
-                              30 * kDegree, false);
+      const Look whole =
+          look(air, h, ray.cos_zenith, std::acos(azimuth_cosine_from_unit(unit_from_index(9, kAerialAzimuths))),
+               30 * kDegree, false);
       const vec3 light = march.smooth_light + march.aerosol_light * aerosol_phase(ray.sun_cos_view);
       CAPTURE(h);
       CAPTURE(row);

@@ -20,12 +20,11 @@ const AtmosphereOnCpu& atmosphere_on_cpu() {
       return Table2D{int(width), int(height), 1, texels.data()};
     };
     a.transmittance = fill(a.transmittance_texels, kTransmittanceWidth, kTransmittanceHeight, transmittance_texel);
-    a.multi_scattering = fill(a.multi_scattering_texels, kMultiScatteringWidth, kMultiScatteringHeight, [&](uvec2 at) {
-      return multi_scattering_texel(a.transmittance, at, a.ground_albedo);
-    });
-    a.sky_irradiance = fill(a.sky_irradiance_texels, kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight, [&](uvec2 at) {
-      return sky_irradiance_texel(a.transmittance, a.multi_scattering, at, a.ground_albedo);
-    });
+    a.multi_scattering = fill(a.multi_scattering_texels, kMultiScatteringWidth, kMultiScatteringHeight,
+                              [&](uvec2 at) { return multi_scattering_texel(a.transmittance, at, a.ground_albedo); });
+    a.sky_irradiance =
+        fill(a.sky_irradiance_texels, kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight,
+             [&](uvec2 at) { return sky_irradiance_texel(a.transmittance, a.multi_scattering, at, a.ground_albedo); });
     return a;
   }();
   return air;
@@ -45,7 +44,8 @@ Medium medium(double altitude_m) {
   Medium m;
   m.rayleigh = glm::dvec3(rayleigh_scattering_per_m()) * molecules;
   m.aerosol = glm::dvec3(aerosol_extinction_per_m()) * aerosol * double{kAerosolAlbedo};
-  m.extinction = m.rayleigh + glm::dvec3(aerosol_extinction_per_m()) * aerosol + glm::dvec3(ozone_absorption_per_m()) * ozone;
+  m.extinction =
+      m.rayleigh + glm::dvec3(aerosol_extinction_per_m()) * aerosol + glm::dvec3(ozone_absorption_per_m()) * ozone;
   return m;
 }
 
@@ -67,7 +67,9 @@ double distance_to_ground(double h, double mu) {
 glm::dvec3 transmittance(double h, double mu, double length_m, int steps) {
   glm::dvec3 depth(0);
   for (int i = 0; i <= steps; ++i)  // Simpson
-    depth += medium(altitude(h, mu, length_m * i / steps)).extinction * (i == 0 || i == steps ? 1.0 : i % 2 ? 4.0 : 2.0);
+    depth += medium(altitude(h, mu, length_m * i / steps)).extinction * (i == 0 || i == steps ? 1.0
+                                                                         : i % 2              ? 4.0
+                                                                                              : 2.0);
   return glm::exp(-depth * (length_m / steps / 3.0));
 }
 
@@ -75,7 +77,8 @@ glm::dvec3 single_scattering(double h, double mu, double azimuth_rad, double sun
   const double nu = mu * sun_mu + std::sqrt((1 - mu * mu) * (1 - sun_mu * sun_mu)) * std::cos(azimuth_rad);
   const double rayleigh = 3.0 / (16.0 * M_PI) * (1 + nu * nu);
   const double g = double{kAerosolG};
-  const double aerosol = 3.0 / (8.0 * M_PI) * (1 - g * g) * (1 + nu * nu) / ((2 + g * g) * std::pow(1 + g * g - 2 * g * nu, 1.5));
+  const double aerosol =
+      3.0 / (8.0 * M_PI) * (1 - g * g) * (1 + nu * nu) / ((2 + g * g) * std::pow(1 + g * g - 2 * g * nu, 1.5));
   constexpr int kSteps = 1500;
   const double dt = length_m / kSteps, r = kRadiusM + h;
   glm::dvec3 light(0), depth(0);
@@ -107,7 +110,8 @@ double sky_irradiance_at_ground(int channel, double sun_mu, double ground_albedo
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const auto turned = [&](const glm::dvec3& d, double cosine) {
     const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine)), phi = 2 * M_PI * uniform(random);
-    const glm::dvec3 a = std::abs(d.z) < 0.9 ? glm::normalize(glm::cross(d, glm::dvec3(0, 0, 1))) : glm::normalize(glm::cross(d, glm::dvec3(1, 0, 0)));
+    const glm::dvec3 a = std::abs(d.z) < 0.9 ? glm::normalize(glm::cross(d, glm::dvec3(0, 0, 1)))
+                                             : glm::normalize(glm::cross(d, glm::dvec3(1, 0, 0)));
     return glm::normalize(d * cosine + sine * (std::cos(phi) * a + std::sin(phi) * glm::cross(d, a)));
   };
   const auto sampled_cosine = [&](auto&& phase, double peak) {  // by rejection
@@ -141,7 +145,8 @@ double sky_irradiance_at_ground(int channel, double sun_mu, double ground_albedo
       const double of_molecules = m.rayleigh[channel], of_aerosol = m.aerosol[channel];
       weight *= (of_molecules + of_aerosol) / m.extinction[channel];
       const bool molecule = uniform(random) * (of_molecules + of_aerosol) < of_molecules;
-      direction = turned(direction, molecule ? sampled_cosine(rayleigh, 2.0) : sampled_cosine(aerosol, 2.0 / std::pow(1 - g, 3.0)));
+      direction = turned(
+          direction, molecule ? sampled_cosine(rayleigh, 2.0) : sampled_cosine(aerosol, 2.0 / std::pow(1 - g, 3.0)));
       scattered = true;
     }
   }

@@ -10,8 +10,8 @@
 #include "tests/math/atmosphere_reference.h"
 
 using namespace nephele::shared;
-using nephele::test::AtmosphereOnCpu;
 using nephele::test::atmosphere_on_cpu;
+using nephele::test::AtmosphereOnCpu;
 namespace ref = nephele::test::atmosphere_reference;
 
 namespace {
@@ -24,16 +24,19 @@ double lobe(double wavelength_nm, double peak_nm, double below, double above) {
 
 // CIE 1931 observer (fit by Wyman, Sloan and Shirley 2013) in linear sRGB.
 glm::dvec3 srgb_response(double nm) {
-  const double x = 0.362 * lobe(nm, 442.0, 0.0624, 0.0374) + 1.056 * lobe(nm, 599.8, 0.0264, 0.0323) - 0.065 * lobe(nm, 501.1, 0.0490, 0.0382);
+  const double x = 0.362 * lobe(nm, 442.0, 0.0624, 0.0374) + 1.056 * lobe(nm, 599.8, 0.0264, 0.0323) -
+                   0.065 * lobe(nm, 501.1, 0.0490, 0.0382);
   const double y = 0.821 * lobe(nm, 568.8, 0.0213, 0.0247) + 0.286 * lobe(nm, 530.9, 0.0613, 0.0322);
   const double z = 1.217 * lobe(nm, 437.0, 0.0845, 0.0278) + 0.681 * lobe(nm, 459.0, 0.0385, 0.0725);
-  return {3.2406 * x - 1.5372 * y - 0.4986 * z, -0.9689 * x + 1.8758 * y + 0.0415 * z, 0.0557 * x - 0.2040 * y + 1.0570 * z};
+  return {3.2406 * x - 1.5372 * y - 0.4986 * z, -0.9689 * x + 1.8758 * y + 0.0415 * z,
+          0.0557 * x - 0.2040 * y + 1.0570 * z};
 }
 
-// Mean of a spectral quantity over sunlight (ASTM E490, W m^-2 nm^-1, every 20 nm from 400 nm) as the three channels see it.
+// Mean of a spectral quantity over sunlight (ASTM E490, W m^-2 nm^-1, every 20 nm from 400 nm) as the three channels
+// see it.
 glm::dvec3 seen_in_sunlight(const std::function<double(double)>& quantity) {
   constexpr std::array<double, 16> kSun = {1.72765, 1.6887, 1.91198, 2.02042, 1.93377, 1.91686, 1.8685, 1.85149,
-                                           1.8341, 1.8147, 1.7533, 1.68194, 1.6048, 1.55622, 1.474, 1.41018};
+                                           1.8341,  1.8147, 1.7533,  1.68194, 1.6048,  1.55622, 1.474,  1.41018};
   glm::dvec3 sum(0), white(0);
   for (std::size_t i = 0; i < kSun.size(); ++i) {
     const double nm = 400.0 + 20.0 * static_cast<double>(i);

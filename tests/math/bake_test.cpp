@@ -21,9 +21,7 @@ using namespace nephele;
 
 namespace {
 
-double scattering_cosine(double c, double h, double x) {
-  return c * h + std::sqrt((1 - c * c) * (1 - h * h)) * x;
-}
+double scattering_cosine(double c, double h, double x) { return c * h + std::sqrt((1 - c * c) * (1 - h * h)) * x; }
 
 double single_power(double sigma, double g) {
   return exit_power(64, [&](const SphereRay& ray) {
@@ -210,7 +208,8 @@ TEST_CASE("chords of the tabulated particle are those of its density, marched") 
   CHECK(particle.mean_fill() == doctest::Approx(fill / inside).epsilon(0.03));  // standard error 0.8 %
 }
 
-TEST_CASE("fitted vertices err less than plain ones under linear filtering, seams included, and leave constants alone") {
+TEST_CASE(
+    "fitted vertices err less than plain ones under linear filtering, seams included, and leave constants alone") {
   const int n = 16, vertices = n * n;
   const std::vector<float> constant(std::size_t{vertices} * vertices, 0.5f);
   for (float x : least_squares_vertices(constant, n)) REQUIRE(x == 0.5f);
@@ -240,8 +239,8 @@ TEST_CASE("fitted vertices err less than plain ones under linear filtering, seam
     }
     return std::sqrt(squares);
   };
-  // On a plain grid at most 1 / sqrt 6 would be left; the maps' creases, where a second difference is no curvature, leave
-  // 0.59.
+  // On a plain grid at most 1 / sqrt 6 would be left; the maps' creases, where a second difference is no curvature,
+  // leave 0.59.
   CHECK(rms(least_squares_vertices(values, n)) < 0.65 * rms(values));
 }
 
@@ -278,13 +277,16 @@ TEST_CASE("the optical depth table holds mean density and first matter, the same
   const int exit = 8 * n + 10;
   for (const int entry : {6, 2 * n + 6, 4 * n + 6, 6 * n + 6}) {
     CAPTURE(entry);
-    for (const int channel : {0, 1}) CHECK(texel(entry, exit, channel) * 256 == std::round(texel(entry, exit, channel) * 256));
-    const auto first_between = [&](int a, int b) { return doctest::Approx(0.5 * (texel(entry, exit, 1) + texel(a, b, 1))).epsilon(1e-3); };
+    for (const int channel : {0, 1})
+      CHECK(texel(entry, exit, channel) * 256 == std::round(texel(entry, exit, channel) * 256));
+    const auto first_between = [&](int a, int b) {
+      return doctest::Approx(0.5 * (texel(entry, exit, 1) + texel(a, b, 1))).epsilon(1e-3);
+    };
     CHECK(texel(entry, exit + 1, 1) == first_between(entry, exit + 2));
     CHECK(texel(entry + n, exit, 1) == first_between(entry + 2 * n, exit));
   }
   CHECK(std::sqrt(first_squares / dense) < 0.05);  // of the chord; 0.038 measured, 0.025 at the default size
-  CHECK(std::sqrt(squares) < 0.008);  // 0.004 measured; plain interpolation without the fit errs by 0.011
+  CHECK(std::sqrt(squares) < 0.008);               // 0.004 measured; plain interpolation without the fit errs by 0.011
 }
 
 TEST_CASE("a chord that meets nothing is empty, one through the core is not") {

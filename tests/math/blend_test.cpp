@@ -23,7 +23,8 @@ struct Image {
 
 std::vector<nephele::test::OracleSegment> in_doubles(const std::vector<BlendSegment>& segments) {
   std::vector<nephele::test::OracleSegment> list;
-  for (const BlendSegment& s : segments) list.push_back({s.near_m, s.far_m, s.extinction_per_m, glm::dvec3(s.radiance)});
+  for (const BlendSegment& s : segments)
+    list.push_back({s.near_m, s.far_m, s.extinction_per_m, glm::dvec3(s.radiance)});
   return list;
 }
 
@@ -34,7 +35,8 @@ Image integrate(const std::vector<BlendSegment>& segments) {
 
 Image fold(std::vector<BlendSegment> segments) {
   // Back to front by centre, as particles are drawn.
-  std::sort(segments.begin(), segments.end(), [](const auto& a, const auto& b) { return a.near_m + a.far_m > b.near_m + b.far_m; });
+  std::sort(segments.begin(), segments.end(),
+            [](const auto& a, const auto& b) { return a.near_m + a.far_m > b.near_m + b.far_m; });
   BlendState state = blend_empty();
   for (const auto& s : segments) blend_add(state, s);
   blend_finish(state);
@@ -81,7 +83,8 @@ float to_half(float x) { return glm::unpackHalf1x16(glm::packHalf1x16(x)); }
 glm::vec3 to_half(glm::vec3 v) { return {to_half(v.x), to_half(v.y), to_half(v.z)}; }
 
 Image fold_in(Texels texels, std::vector<BlendSegment> segments) {
-  std::sort(segments.begin(), segments.end(), [](const auto& a, const auto& b) { return a.near_m + a.far_m > b.near_m + b.far_m; });
+  std::sort(segments.begin(), segments.end(),
+            [](const auto& a, const auto& b) { return a.near_m + a.far_m > b.near_m + b.far_m; });
   BlendState state = blend_empty();
   for (const auto& s : segments) {
     blend_add(state, s);
@@ -113,7 +116,8 @@ double texels_error(const Rays& rays, Texels texels) {
     std::vector<BlendSegment> segments;
     for (int i = 0; i < rays.count; ++i) {
       const float near_m = rays.place_m + rays.spread_m * u(random);
-      segments.push_back(segment(near_m, near_m + rays.length_m * u(random), rays.extinction_per_m * u(random), {u(random), u(random), u(random)}));
+      segments.push_back(segment(near_m, near_m + rays.length_m * u(random), rays.extinction_per_m * u(random),
+                                 {u(random), u(random), u(random)}));
     }
     const double off = distance(fold_in(texels, segments), fold_in(Texels::full, segments));
     worst = std::isnan(off) ? off : std::max(worst, off);
@@ -131,10 +135,14 @@ TEST_CASE("one segment is the closed form") {
 
 TEST_CASE("two segments: apart, touching, overlapping, nested and coincident are exact") {
   const std::vector<std::pair<BlendSegment, BlendSegment>> cases = {
-      {segment(10, 20, 0.1f, kRed), segment(30, 50, 0.05f, kBlue)}, {segment(10, 20, 0.1f, kRed), segment(20, 50, 0.05f, kBlue)},
-      {segment(10, 30, 0.1f, kRed), segment(20, 50, 0.05f, kBlue)}, {segment(10, 60, 0.1f, kRed), segment(20, 50, 0.05f, kBlue)},
-      {segment(20, 50, 0.1f, kRed), segment(10, 90, 0.05f, kBlue)}, {segment(10, 30, 0.1f, kRed), segment(10, 30, 0.05f, kBlue)},
-      {segment(10, 30, 1e4f, kRed), segment(20, 50, 1e-6f, kBlue)}, {segment(0, 1e5f, 1e-6f, kRed), segment(50, 50.01f, 1e4f, kBlue)}};
+      {segment(10, 20, 0.1f, kRed), segment(30, 50, 0.05f, kBlue)},
+      {segment(10, 20, 0.1f, kRed), segment(20, 50, 0.05f, kBlue)},
+      {segment(10, 30, 0.1f, kRed), segment(20, 50, 0.05f, kBlue)},
+      {segment(10, 60, 0.1f, kRed), segment(20, 50, 0.05f, kBlue)},
+      {segment(20, 50, 0.1f, kRed), segment(10, 90, 0.05f, kBlue)},
+      {segment(10, 30, 0.1f, kRed), segment(10, 30, 0.05f, kBlue)},
+      {segment(10, 30, 1e4f, kRed), segment(20, 50, 1e-6f, kBlue)},
+      {segment(0, 1e5f, 1e-6f, kRed), segment(50, 50.01f, 1e4f, kBlue)}};
   for (const auto& [a, b] : cases) {
     CAPTURE(a.near_m);
     CAPTURE(b.near_m);
@@ -152,7 +160,8 @@ TEST_CASE("random pairs are exact") {
     std::vector<BlendSegment> pair;
     for (int k = 0; k < 2; ++k) {
       const float near_m = 1000 * u(random);
-      pair.push_back(segment(near_m, near_m + 500 * u(random), std::exp2(-12 + 10 * u(random)), {u(random), u(random), u(random)}));
+      pair.push_back(segment(near_m, near_m + 500 * u(random), std::exp2(-12 + 10 * u(random)),
+                             {u(random), u(random), u(random)}));
     }
     worst = std::max(worst, distance(fold(pair), integrate(pair)));
   }
@@ -184,8 +193,8 @@ TEST_CASE("half floats hold the colours of a few segments, not those of a thousa
   CHECK(texels_error(thousand, Texels::half_colors) == doctest::Approx(3.0e-2).epsilon(0.2));
   CHECK(texels_error(layers, Texels::half_colors) == doctest::Approx(0.14).epsilon(0.2));
   CHECK(texels_error(pairs, Texels::half) == doctest::Approx(1.5e-3).epsilon(0.2));
-  CHECK(texels_error(dense, Texels::half) > 0.5);                // nearer and farther change places
-  CHECK_FALSE(texels_error(beyond_half, Texels::half) < 1e30);   // 65 504 m is the largest half
+  CHECK(texels_error(dense, Texels::half) > 0.5);               // nearer and farther change places
+  CHECK_FALSE(texels_error(beyond_half, Texels::half) < 1e30);  // 65 504 m is the largest half
 }
 
 TEST_CASE("empty and degenerate segments change nothing") {
@@ -215,7 +224,8 @@ TEST_CASE("the exact blend is the integral of any number of segments, more than 
       const float extinction = 3.0f / (length_m * float(count));  // the whole is some optical depths, never opaque
       for (int i = 0; i < count; ++i) {
         const float near_m = 1000 * u(random);
-        segments.push_back(segment(near_m, near_m + length_m * u(random), 2 * extinction * u(random), {u(random), u(random), u(random)}));
+        segments.push_back(segment(near_m, near_m + length_m * u(random), 2 * extinction * u(random),
+                                   {u(random), u(random), u(random)}));
       }
       int stretches = 0;
       // 5e-5: distances near 1000 m are rounded by 3e-5 m, times extinctions up to 1 / m; thousands of factors of T.
@@ -261,7 +271,8 @@ TEST_CASE("the exact blend: coincident, concentric, thin and opaque segments") {
         std::vector<BlendSegment> segments;
         for (int i = 0; i < count; ++i) {
           const float inset = concentric ? 40.0f * float(i) / float(count) : 0.0f;
-          segments.push_back(segment(100 + inset, 200 - inset, depth / (100.0f * float(count)), {u(random), u(random), u(random)}));
+          segments.push_back(
+              segment(100 + inset, 200 - inset, depth / (100.0f * float(count)), {u(random), u(random), u(random)}));
         }
         // What shines through the last 1e-4 is left out.
         CHECK(distance(fold_exactly(segments), integrate(segments)) < 1.2e-4);
@@ -270,9 +281,11 @@ TEST_CASE("the exact blend: coincident, concentric, thin and opaque segments") {
 
 TEST_CASE("the exact blend is continuous where segments swap order") {
   const auto pair = [](float offset_m) {
-    return fold_exactly({segment(100 + offset_m, 150, 0.1f, kRed), segment(100, 150 + offset_m, 0.2f, kBlue), segment(90, 120, 0.05f, kBlue)});
+    return fold_exactly({segment(100 + offset_m, 150, 0.1f, kRed), segment(100, 150 + offset_m, 0.2f, kBlue),
+                         segment(90, 120, 0.05f, kBlue)});
   };
-  for (float offset_m = -0.01f; offset_m < 0.01f; offset_m += 0.001f) CHECK(distance(pair(offset_m), pair(offset_m + 0.001f)) < 1e-3);
+  for (float offset_m = -0.01f; offset_m < 0.01f; offset_m += 0.001f)
+    CHECK(distance(pair(offset_m), pair(offset_m + 0.001f)) < 1e-3);
 }
 
 TEST_CASE("past its slots and told to merge, the exact blend keeps every optical depth") {
@@ -284,7 +297,8 @@ TEST_CASE("past its slots and told to merge, the exact blend keeps every optical
     std::vector<BlendSegment> segments;
     for (int i = 0; i < 200; ++i) {
       const float near_m = 1000 * u(random);
-      segments.push_back(segment(near_m, near_m + 300 * u(random), 1e-4f * u(random), {u(random), u(random), u(random)}));
+      segments.push_back(
+          segment(near_m, near_m + 300 * u(random), 1e-4f * u(random), {u(random), u(random), u(random)}));
       exact_add(state, segments.back());
     }
     exact_advance(state, kNoMatterM);

@@ -11,9 +11,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double distance(glm::dvec3 a, glm::dvec3 b) {
-  return glm::length(a - b);
-}
+double distance(glm::dvec3 a, glm::dvec3 b) { return glm::length(a - b); }
 
 // Where a direction lands on the image, in normalised device coordinates.
 glm::dvec2 project(const CameraMatrices& matrices, glm::dvec3 direction) {

@@ -68,7 +68,8 @@ TEST_CASE("samples and heights stay within bounds") {
       const vec2 p(place(random), place(random));
       const CloudSample s = cloud_sample(params, p);
       const auto in_unit = [](float x) { return x >= 0.0f && x <= 1.0f; };
-      bad_sample += !(in_unit(s.d) && in_unit(s.size) && in_unit(s.vigour) && s.edge_m >= 0.0f && s.edge_m <= 1.06f * lattice_cell_m(kFeatureCells0));
+      bad_sample += !(in_unit(s.d) && in_unit(s.size) && in_unit(s.vigour) && s.edge_m >= 0.0f &&
+                      s.edge_m <= 1.06f * lattice_cell_m(kFeatureCells0));
       bad_warp += !(length(s.warp_m) < 1.5f * kWarpM);  // what the feature window allows for
       const float height = cloud_height_m(params, p, s);
       bad_height += !(height >= 0.0f && height <= params.thickness_m && (height > 0.0f) == (s.d > 0.0f));
@@ -151,7 +152,8 @@ TEST_CASE("growth is periodic, slow and out of step, and keeps the coverage") {
   float largest = 0.0f;
   for (int i = 0; i < kPoints; ++i) {
     const vec2 p(place(random), place(random));
-    const float still = cloud_sample(at(-1.0f), p).d, now = cloud_sample(at(0.3f), p).d, later = cloud_sample(at(0.55f), p).d;
+    const float still = cloud_sample(at(-1.0f), p).d, now = cloud_sample(at(0.3f), p).d,
+                later = cloud_sample(at(0.55f), p).d;
     covered += (now > 0.0f) - (still > 0.0f);
     grown += later > now + 1e-3f;
     changed += std::fabs(later - now) > 1e-3f;
@@ -166,6 +168,7 @@ TEST_CASE("growth is periodic, slow and out of step, and keeps the coverage") {
   CHECK(largest < 0.05f);
   for (int i = 0; i < 50; ++i) {  // the turn's end is its beginning
     const ivec2 cell(i % 10, i / 10);
-    CHECK(cloud_feature(at(0.0f), 0u, cell).radius_m == doctest::Approx(cloud_feature(at(0.9999999f), 0u, cell).radius_m).epsilon(1e-5));
+    CHECK(cloud_feature(at(0.0f), 0u, cell).radius_m ==
+          doctest::Approx(cloud_feature(at(0.9999999f), 0u, cell).radius_m).epsilon(1e-5));
   }
 }

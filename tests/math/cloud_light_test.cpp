@@ -39,15 +39,19 @@ TEST_CASE("light from around: none without cloud, less behind other clouds, fini
         CHECK(light_from_around(mu, g, 0.0f, 0.0f, 0.0f, outward) == 0.0f);
         for (const float beam : {0.1f, 5.0f, 200.0f})
           for (const float total : {0.0f, 1.0f, 400.0f}) {
-            const float near = std::min(beam, 0.5f * total), light = light_from_around(mu, g, beam, near, total, outward);
+            const float near = std::min(beam, 0.5f * total),
+                        light = light_from_around(mu, g, beam, near, total, outward);
             CHECK(std::isfinite(light));
             CHECK(light >= 0.0f);
-            if (total > 0.0f && beam > 6.0f && outward > 0.0f) CHECK(light_from_around(mu, g, beam + 50.0f, near, total, outward) < light);
+            if (total > 0.0f && beam > 6.0f && outward > 0.0f)
+              CHECK(light_from_around(mu, g, beam + 50.0f, near, total, outward) < light);
           }
       }
   // A thin cloud sends light on, a thick one back.
-  CHECK(light_from_around(0.9f, 0.85f, 1.0f, 1.0f, 2.0f, 1.0f) > 5.0f * light_from_around(-0.9f, 0.85f, 1.0f, 1.0f, 2.0f, 1.0f));
-  CHECK(light_from_around(-0.9f, 0.85f, 0.0f, 0.0f, 60.0f, 1.0f) > 4.0f * light_from_around(-0.9f, 0.85f, 0.0f, 0.0f, 2.0f, 1.0f));
+  CHECK(light_from_around(0.9f, 0.85f, 1.0f, 1.0f, 2.0f, 1.0f) >
+        5.0f * light_from_around(-0.9f, 0.85f, 1.0f, 1.0f, 2.0f, 1.0f));
+  CHECK(light_from_around(-0.9f, 0.85f, 0.0f, 0.0f, 60.0f, 1.0f) >
+        4.0f * light_from_around(-0.9f, 0.85f, 0.0f, 0.0f, 2.0f, 1.0f));
 }
 
 TEST_CASE("outward flow is what scattering makes of Eddington's radiance near a boundary") {
@@ -90,13 +94,15 @@ TEST_CASE("the share from above in a slab solves the diffusion equation with Mar
       CHECK(slab_share_above(total, total, g) - 2.0f / 3.0f * slope == doctest::Approx(0.0f).epsilon(1e-5));
       CHECK(slab_share_above(0.5f * total, total, g) == doctest::Approx(0.5f));
       const float quarter = slab_share_above(0.25f * total, total, g);
-      CHECK(quarter == doctest::Approx(slab_share_above(0.0f, total, g) - 0.25f * total * slab_share_per_depth(total, g)).epsilon(1e-4));
+      CHECK(quarter ==
+            doctest::Approx(slab_share_above(0.0f, total, g) - 0.25f * total * slab_share_per_depth(total, g))
+                .epsilon(1e-4));
     }
 }
 
 TEST_CASE("the share from above in a slab against random walks") {
-  // Isotropic scattering: a walk from a depth ends above with the probability that light there came from above. Eddington's
-  // error near a boundary is up to 0.04; 20 000 walks add 0.0035.
+  // Isotropic scattering: a walk from a depth ends above with the probability that light there came from above.
+  // Eddington's error near a boundary is up to 0.04; 20 000 walks add 0.0035.
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (const double total : {1.0, 4.0})

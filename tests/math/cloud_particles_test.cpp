@@ -62,7 +62,10 @@ const std::vector<float>& mean_profile() {
     std::vector<float> means(65);
     for (std::size_t i = 0; i < means.size(); ++i)
       for (int k = 0; k < 400; ++k)
-        means[i] += reference_particle_density(normalize(vec3(normal(random), normal(random), normal(random))) * static_cast<float>(i) / 64.0f, 1u) / 400.0f;
+        means[i] +=
+            reference_particle_density(
+                normalize(vec3(normal(random), normal(random), normal(random))) * static_cast<float>(i) / 64.0f, 1u) /
+            400.0f;
     return means;
   }();
   return profile;
@@ -107,7 +110,8 @@ Columns measure_columns(const std::vector<CloudParticle>& particles, float half_
         const float r = 64.0f * length(from + z * step);
         const std::size_t at = static_cast<std::size_t>(min(r, 63.0f));
         const float density = mix(profile[at], profile[at + 1], min(r, 64.0f) - static_cast<float>(at));
-        const double tau = static_cast<double>(0.04f * p->density * density * 2.0f * half_z / kSteps * std::sqrt(1.0f + lean * lean));
+        const double tau =
+            static_cast<double>(0.04f * p->density * density * 2.0f * half_z / kSteps * std::sqrt(1.0f + lean * lean));
         depth += tau;
         sum += tau * static_cast<double>(z);
       }
@@ -127,10 +131,10 @@ TEST_CASE("a cell's parts survive packing") {
   for (uint levels = 0; levels <= kMaxLevels; ++levels)
     for (uint turn = 0; turn <= 2u; ++turn)
       for (uint crown = 0; crown <= kMaxCrown; crown += 5u) {
-          const CellParts parts{levels, turn, crown, crown & 1u};
+        const CellParts parts{levels, turn, crown, crown & 1u};
         const CellParts back = unpack_parts(pack_parts(parts));
         CHECK((back.levels == levels && back.turn == turn && back.crown == crown && back.wisps == (crown & 1u)));
-        }
+      }
   // Two neighbours that take turns share the levels above their bases.
   for (uint levels = 1; levels <= kMaxLevels; ++levels)
     CHECK(column_count({levels, 1u, 0u, 0u}) + column_count({levels, 2u, 0u, 0u}) == levels + 1u);
@@ -150,10 +154,12 @@ TEST_CASE("particles stand inside the cloud layer and near their cell") {
       uint bad_radius = 0, bad_density = 0, bad_place = 0, bad_top = 0;
       for (const CloudParticle& p : particles) {
         const float height = p.top_m - p.base_m;
-        bad_radius += !(min(p.radius_m.x, min(p.radius_m.y, p.radius_m.z)) > 0.0f && max(p.radius_m.x, p.radius_m.y) <= 2.0f * cell_m);
+        bad_radius += !(min(p.radius_m.x, min(p.radius_m.y, p.radius_m.z)) > 0.0f &&
+                        max(p.radius_m.x, p.radius_m.y) <= 2.0f * cell_m);
         bad_density += !(p.density > 0.0f && p.density <= kMaxGain);
         // Wisps fly as if every cloud were 180 m high; crown particles rise at most 0.45 of the height above it.
-        bad_place += !(p.center_m.z >= p.base_m - 15.0f && p.center_m.z + p.radius_m.z <= p.base_m + max(1.45f * height, 200.0f) + 50.0f);
+        bad_place += !(p.center_m.z >= p.base_m - 15.0f &&
+                       p.center_m.z + p.radius_m.z <= p.base_m + max(1.45f * height, 200.0f) + 50.0f);
         bad_top += !(height >= 0.0f && height <= thickness_m * 1.0001f + 1e-3f);
       }
       CHECK(bad_radius == 0u);
@@ -169,8 +175,8 @@ TEST_CASE("adjacent rings agree in optical depth, transmittance and altitude") {
     uint first_ring, regions;
   };
   constexpr uint kRings = 5;
-  // A region of 29 km has some 400 places of the last ring. Four regions know the area under clouds that cover half of it to
-  // 2.5 % only, which is most of the bound, so there it takes twelve.
+  // A region of 29 km has some 400 places of the last ring. Four regions know the area under clouds that cover half of
+  // it to 2.5 % only, which is most of the bound, so there it takes twelve.
   for (const Sky sky : {Sky{900.0f, 0.25f, 0u, 4u}, Sky{1400.0f, 0.4f, 0u, 4u}, Sky{2000.0f, 0.5f, 1u, 12u}}) {
     std::vector<Columns> vertical(kRings), slanted(kRings);
     for (uint ring = sky.first_ring; ring < kRings; ++ring)
@@ -187,10 +193,13 @@ TEST_CASE("adjacent rings agree in optical depth, transmittance and altitude") {
     for (uint ring = sky.first_ring; ring + 1u < kRings; ++ring) {
       CAPTURE(sky.thickness_m);
       CAPTURE(ring);
-      const Columns &fine = vertical[ring], &coarse = vertical[ring + 1u], &fine_slanted = slanted[ring], &coarse_slanted = slanted[ring + 1u];
-      MESSAGE("rings ", ring, ", ", ring + 1u, ": depth ", fine.depth / sky.regions, " ", coarse.depth / sky.regions, ", transmittance ", fine.transmittance / sky.regions, " ",
-              coarse.transmittance / sky.regions, ", at 45 degrees ", fine_slanted.transmittance / sky.regions, " ", coarse_slanted.transmittance / sky.regions, ", altitude ",
-              fine.altitude_m / sky.regions, " ", coarse.altitude_m / sky.regions);
+      const Columns &fine = vertical[ring], &coarse = vertical[ring + 1u], &fine_slanted = slanted[ring],
+                    &coarse_slanted = slanted[ring + 1u];
+      MESSAGE("rings ", ring, ", ", ring + 1u, ": depth ", fine.depth / sky.regions, " ", coarse.depth / sky.regions,
+              ", transmittance ", fine.transmittance / sky.regions, " ", coarse.transmittance / sky.regions,
+              ", at 45 degrees ", fine_slanted.transmittance / sky.regions, " ",
+              coarse_slanted.transmittance / sky.regions, ", altitude ", fine.altitude_m / sky.regions, " ",
+              coarse.altitude_m / sky.regions);
       // What a flight must not show: 3 % of the light through a region, 2 % of the layer's thickness in altitude.
       CHECK(std::fabs(coarse.transmittance / fine.transmittance - 1.0) < 0.03);
       CHECK(std::fabs(coarse_slanted.transmittance / fine_slanted.transmittance - 1.0) < 0.03);
@@ -209,7 +218,8 @@ TEST_CASE("fewer layers keep columns closed") {
     CAPTURE(layers);
     frame.layer_count = layers;
     const Columns few = measure_columns(ring_particles(frame, 0, 8000.0f), 8000.0f, frame.base_m);
-    MESSAGE("layers ", layers, ": depth ", few.depth, " (", full.depth, "), transmittance ", few.transmittance, " (", full.transmittance, ")");
+    MESSAGE("layers ", layers, ": depth ", few.depth, " (", full.depth, "), transmittance ", few.transmittance, " (",
+            full.transmittance, ")");
     // Depth is given by the gains, as long as they stay within their bound; transmittance by the extent.
     CHECK(few.depth == doctest::Approx(full.depth).epsilon(0.05));
     CHECK(few.transmittance == doctest::Approx(full.transmittance).epsilon(0.03));
@@ -236,10 +246,12 @@ TEST_CASE("the same cell has the same particles from every origin") {
       const CellCloud cloud = cell_cloud(frame, params, a), cloud_shifted = cell_cloud(shifted, params_shifted, b);
       if (cloud.parts.levels == 0u && cloud_shifted.parts.levels == 0u) continue;
       ++all;
-      if (pack_parts(cloud.parts) != pack_parts(cloud_shifted.parts)) continue;  // a threshold met exactly: rounding decides
+      if (pack_parts(cloud.parts) != pack_parts(cloud_shifted.parts))
+        continue;  // a threshold met exactly: rounding decides
       ++same;
       const CloudParticle p = cell_particle(frame, params, a, cloud, particle_count(cloud.parts) - 1u);
-      const CloudParticle q = cell_particle(shifted, params_shifted, b, cloud_shifted, particle_count(cloud.parts) - 1u);
+      const CloudParticle q =
+          cell_particle(shifted, params_shifted, b, cloud_shifted, particle_count(cloud.parts) - 1u);
       CHECK(p.id == q.id);
       CHECK(std::fabs(p.center_m.x - kOriginUnitM - q.center_m.x) < 2.0f);
       CHECK(std::fabs(p.center_m.y - q.center_m.y) < 2.0f);

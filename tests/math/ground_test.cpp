@@ -21,7 +21,8 @@ Moments moments(float footprint_m) {
   dvec3 sum(0), squares(0);
   for (int i = 0; i < kPlaces; ++i) {
     const ivec2 origin(int(hash_next(state) % 4096u) - 2048, int(hash_next(state) % 4096u) - 2048);
-    const vec2 place(uniform_float(state, -kOriginUnitM, kOriginUnitM), uniform_float(state, -kOriginUnitM, kOriginUnitM));
+    const vec2 place(uniform_float(state, -kOriginUnitM, kOriginUnitM),
+                     uniform_float(state, -kOriginUnitM, kOriginUnitM));
     const dvec3 v = ground_variation(place, origin, footprint_m);
     sum += v;
     squares += v * v;
@@ -51,7 +52,8 @@ TEST_CASE("a place on the ground looks the same from any origin") {
     const vec2 place(uniform_float(state, -4e4f, 4e4f), uniform_float(state, -4e4f, 4e4f));
     const ivec2 origin(int(hash_next(state)), int(hash_next(state)));
     const vec3 here = ground_variation(place, origin, 200.0f);
-    const vec3 there = ground_variation(place - vec2(kOriginUnitM, -2.0f * kOriginUnitM), origin + ivec2(1, -2), 200.0f);
+    const vec3 there =
+        ground_variation(place - vec2(kOriginUnitM, -2.0f * kOriginUnitM), origin + ivec2(1, -2), 200.0f);
     CHECK(length(here - there) < 0.02f);  // float positions differ by 8 mm, the steepest seam is 100 m wide
   }
 }

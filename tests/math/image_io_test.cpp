@@ -91,8 +91,12 @@ TEST_CASE("image: PNG holds the bytes it was given, alpha dropped") {
 }
 
 // 2 x 1 grey pixels of 51 and 204, without and with alpha.
-constexpr const char* kGreyPng = "89504e470d0a1a0a0000000d4948445200000002000000010800000000d14920560000000b4944415478da63303e0300013501007d17a1960000000049454e44ae426082";
-constexpr const char* kGreyAlphaPng = "89504e470d0a1a0a0000000d49484452000000020000000108040000005e2bb7010000000d4944415478da6330e63cc30e00028b0110aa3a09650000000049454e44ae426082";
+constexpr const char* kGreyPng =
+    "89504e470d0a1a0a0000000d4948445200000002000000010800000000d14920560000000b4944415478da63303e0300013501007d17a19600"
+    "00000049454e44ae426082";
+constexpr const char* kGreyAlphaPng =
+    "89504e470d0a1a0a0000000d49484452000000020000000108040000005e2bb7010000000d4944415478da6330e63cc30e00028b0110aa3a09"
+    "650000000049454e44ae426082";
 
 std::string from_hex(const std::string& hex) {
   std::string bytes;
@@ -139,7 +143,8 @@ TEST_CASE("image: a damaged, truncated, foreign or oversized PNG is an error on 
   }
   const Result<ImageBytes> large = read_png(directory / "whole.png", 63);
   REQUIRE_FALSE(large);
-  CHECK(large.error().message == directory / "whole.png" + ": can't be read as a PNG image: it is 64 x 64; accepted: 1 to 63 a side");
+  CHECK(large.error().message ==
+        directory / "whole.png" + ": can't be read as a PNG image: it is 64 x 64; accepted: 1 to 63 a side");
   CHECK_FALSE(read_png(directory / "missing.png"));
 }
 

@@ -119,8 +119,7 @@ TEST_CASE("billows are those of a wide search, with the mean of their kernel") {
     for (int z = -2; z <= 2; ++z)
       for (int y = -2; y <= 2; ++y)
         for (int x = -2; x <= 2; ++x) {
-          const double d2 =
-              worley_distance2(uvec3(ivec3(cell)) + uvec3(ivec3(x, y, z)), vec3(x, y, z), p - cell, 4u);
+          const double d2 = worley_distance2(uvec3(ivec3(cell)) + uvec3(ivec3(x, y, z)), vec3(x, y, z), p - cell, 4u);
           if (d2 < 1) wide += std::pow(1 - d2, 3);
         }
     const float billows = billow_noise3(p, uvec3(0u), 4u);

@@ -52,7 +52,8 @@ TEST_CASE("weights are continuous in the distance") {
     const float overlap = 104.0f / 16.0f * 184.0f;  // the narrowest fade of all
     float steepest = 0.0f;
     for (float distance = 0; distance < 90000.0f; distance += 7.0f)
-      steepest = max(steepest, abs(lod_weight(frame, ring, distance + 7.0f) - lod_weight(frame, ring, distance)) / 7.0f);
+      steepest =
+          max(steepest, abs(lod_weight(frame, ring, distance + 7.0f) - lod_weight(frame, ring, distance)) / 7.0f);
     CHECK(steepest < 1.01f / overlap);
     CHECK(steepest > 0.0f);
   }
@@ -63,7 +64,8 @@ TEST_CASE("rings nest, hold the camera in their middle, and miss no cell that sh
   std::uniform_real_distribution<float> place(-47104.0f, 47104.0f);
   for (int i = 0; i < 300; ++i) {
     // The first ones stand exactly on corners.
-    const FrameConstants frame = i < 20 ? frame_at(1472.0f * static_cast<float>(i - 10), 184.0f * static_cast<float>(i)) : frame_at(place(random), place(random));
+    const FrameConstants frame = i < 20 ? frame_at(1472.0f * static_cast<float>(i - 10), 184.0f * static_cast<float>(i))
+                                        : frame_at(place(random), place(random));
     const int side = static_cast<int>(frame.ring_size_cells);
     for (uint ring = 0; ring < frame.ring_count; ++ring) {
       const ivec2 corner = ring_corner(frame, ring);

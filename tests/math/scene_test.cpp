@@ -117,7 +117,8 @@ TEST_CASE("scene: errors name file, key path, value and what is accepted") {
         "scene.json: unknown key clouds.coverge; accepted: seed, coverage, base_m, thickness_m, extinction_per_m, "
         "growth_period_s, wind_m_per_s, view_distance_m, weather_map");
   CHECK(complaint(R"({"cloud": {}})") ==
-        "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, exposure_ev, clouds, phase, "
+        "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, exposure_ev, "
+        "clouds, phase, "
         "particles");
   CHECK(complaint(R"({"camera": {"position_m": [0, 0]}})") ==
         "scene.json: camera.position_m is [0,0]; accepted: an array of 3 numbers");
@@ -209,9 +210,12 @@ TEST_CASE("scene: a missing file and a directory are named") {
 
 TEST_CASE("scene: a weather map is found beside the scene file, red the coverage, green the type") {
   const test::TempDirectory directory;
-  const std::vector<std::uint8_t> rgba{1, 2, 99, 255, 3, 4, 99, 255, 5, 6, 99, 255, 7, 8, 99, 255, 9, 10, 99, 255, 11, 12, 99, 255};
+  const std::vector<std::uint8_t> rgba{1, 2, 99, 255, 3, 4,  99, 255, 5,  6,  99, 255,
+                                       7, 8, 99, 255, 9, 10, 99, 255, 11, 12, 99, 255};
   REQUIRE(write_png(directory / "map.png", 3, 2, rgba));
-  test::write_file(directory / "scene.json", R"({"clouds": {"weather_map": {"file": "map.png", "origin_m": [-1e7, 2], "extent_m": [3000, 4e7]}}})");
+  test::write_file(
+      directory / "scene.json",
+      R"({"clouds": {"weather_map": {"file": "map.png", "origin_m": [-1e7, 2], "extent_m": [3000, 4e7]}}})");
   const Result<Scene> scene = load_scene(directory / "scene.json");
   REQUIRE(scene);
   REQUIRE(scene->clouds->weather_map);
@@ -229,29 +233,39 @@ TEST_CASE("scene: what is wrong with a weather map is named on one line") {
   test::write_file(directory / "text.png", "not an image");
   REQUIRE(write_png(directory / "wide.png", 4097, 1, std::vector<std::uint8_t>(4097 * 4)));
   const auto complaint_about = [&](const std::string& map) {
-    const Result<Scene> scene = parse_scene(R"({"clouds": {"weather_map": )" + map + "}}", "scene.json", directory.path().string());
+    const Result<Scene> scene =
+        parse_scene(R"({"clouds": {"weather_map": )" + map + "}}", "scene.json", directory.path().string());
     return scene ? "accepted" : scene.error().message;
   };
   const std::string place = R"(, "origin_m": [0, 0], "extent_m": [1000, 1000]})";
   CHECK(complaint_about(R"({"file": "none.png")" + place) ==
-        "scene.json: clouds.weather_map.file: " + directory / "none.png" + ": can't be opened: No such file or directory");
-  CHECK(complaint_about(R"({"file": "text.png")" + place).find("text.png: can't be read as a PNG image: ") != std::string::npos);
-  CHECK(complaint_about(R"({"file": "wide.png")" + place).find("wide.png: can't be read as a PNG image: it is 4097 x 1; accepted: 1 to 4096 a side") !=
+        "scene.json: clouds.weather_map.file: " + directory / "none.png" +
+            ": can't be opened: No such file or directory");
+  CHECK(complaint_about(R"({"file": "text.png")" + place).find("text.png: can't be read as a PNG image: ") !=
+        std::string::npos);
+  CHECK(complaint_about(R"({"file": "wide.png")" + place)
+            .find("wide.png: can't be read as a PNG image: it is 4097 x 1; accepted: 1 to 4096 a side") !=
         std::string::npos);
   CHECK(complaint_about(R"({"file": "")" + place).find("clouds.weather_map.file is \"\"") != std::string::npos);
-  CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 0]})") == "scene.json: clouds.weather_map.extent_m is missing");
-  CHECK(complaint_about(R"({"file": "a.png", "extent_m": [1, 1]})") == "scene.json: clouds.weather_map.origin_m is missing");
-  CHECK(complaint_about(R"({"origin_m": [0, 0], "extent_m": [1, 1]})") == "scene.json: clouds.weather_map.file is missing");
+  CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 0]})") ==
+        "scene.json: clouds.weather_map.extent_m is missing");
+  CHECK(complaint_about(R"({"file": "a.png", "extent_m": [1, 1]})") ==
+        "scene.json: clouds.weather_map.origin_m is missing");
+  CHECK(complaint_about(R"({"origin_m": [0, 0], "extent_m": [1, 1]})") ==
+        "scene.json: clouds.weather_map.file is missing");
   for (const char* extent : {"[0, 1000]", "[1000, -1]", "[1000, 1e8]", "[1000]", "[\"a\", 1]", "1000"})
-    CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 0], "extent_m": )" + std::string(extent) + "}").find("clouds.weather_map.extent_m") !=
-          std::string::npos);
-  CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 1e10], "extent_m": [1, 1]})").find("clouds.weather_map.origin_m[1]") != std::string::npos);
-  CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 0], "extent_m": [1e999, 1]})").find("not valid JSON") != std::string::npos);
+    CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 0], "extent_m": )" + std::string(extent) + "}")
+              .find("clouds.weather_map.extent_m") != std::string::npos);
+  CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 1e10], "extent_m": [1, 1]})")
+            .find("clouds.weather_map.origin_m[1]") != std::string::npos);
+  CHECK(complaint_about(R"({"file": "a.png", "origin_m": [0, 0], "extent_m": [1e999, 1]})").find("not valid JSON") !=
+        std::string::npos);
   CHECK(complaint_about("7") == "scene.json: clouds.weather_map is 7; accepted: an object");
 }
 
 TEST_CASE("scene: weather maps that no file made are checked") {
-  const WeatherMap good{.width = 2, .height = 1, .texels = {{0, 0}, {255, 255}}, .origin_m = {0, 0}, .extent_m = {100, 100}};
+  const WeatherMap good{
+      .width = 2, .height = 1, .texels = {{0, 0}, {255, 255}}, .origin_m = {0, 0}, .extent_m = {100, 100}};
   CHECK(check_weather_map(good));
   const auto refused = [&](auto change) {
     WeatherMap bad = good;

@@ -1,4 +1,5 @@
-// Where an ellipsoid can show and how near it comes: against rays through every pixel and points on the silhouette, in doubles.
+// Where an ellipsoid can show and how near it comes: against rays through every pixel and points on the silhouette, in
+// doubles.
 #include "shared/screen_bounds.h"
 
 #include <doctest/doctest.h>
@@ -57,7 +58,8 @@ Ellipsoid any_ellipsoid(std::mt19937& random, const CameraState& camera) {
   std::uniform_real_distribution<float> u(0, 1);
   const CameraAxes axes = camera_axes(camera);
   const float distance_m = std::exp2(17 * u(random));
-  const glm::vec3 direction = glm::vec3(axes.forward) + (2.4f * u(random) - 1.2f) * glm::vec3(axes.right) + (1.4f * u(random) - 0.7f) * glm::vec3(axes.up);
+  const glm::vec3 direction = glm::vec3(axes.forward) + (2.4f * u(random) - 1.2f) * glm::vec3(axes.right) +
+                              (1.4f * u(random) - 0.7f) * glm::vec3(axes.up);
   const float radius_m = distance_m * std::exp2(-9 + 10 * u(random));
   const glm::mat3 rotation = any_rotation(random);
   glm::mat3 shape = rotation;
@@ -70,7 +72,8 @@ glm::uvec2 pixels_of(const View& view, const Ellipsoid& e) {
 }
 
 bool inside(glm::uvec2 rectangle, glm::uvec2 pixel) {
-  return glm::all(glm::greaterThanEqual(pixel, rectangle_low(rectangle))) && glm::all(glm::lessThan(pixel, rectangle_high(rectangle)));
+  return glm::all(glm::greaterThanEqual(pixel, rectangle_low(rectangle))) &&
+         glm::all(glm::lessThan(pixel, rectangle_high(rectangle)));
 }
 
 // Points of the layer, in pixels, that see the silhouette of an ellipsoid wholly in front of the eye.
@@ -78,13 +81,16 @@ std::vector<glm::dvec2> silhouette(const View& view, const Ellipsoid& e) {
   const glm::dmat3 shape(e.render_from_reference);
   const glm::dvec3 q = glm::inverse(shape) * -glm::dvec3(e.center_m);
   const double q2 = glm::dot(q, q);
-  const glm::dvec3 axis = q / std::sqrt(q2), t1 = glm::normalize(glm::cross(std::abs(axis.z) < 0.7 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0), axis));
+  const glm::dvec3 axis = q / std::sqrt(q2),
+                   t1 = glm::normalize(
+                       glm::cross(std::abs(axis.z) < 0.7 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0), axis));
   const glm::dvec3 t2 = glm::cross(axis, t1);
   std::vector<glm::dvec2> points;
   for (int i = 0; i < 4000; ++i) {
     const double angle = i * 2 * 3.14159265358979 / 4000;
     const glm::dvec3 on_circle = q / q2 + std::sqrt(1 - 1 / q2) * (std::cos(angle) * t1 + std::sin(angle) * t2);
-    const glm::dvec4 clip = glm::dmat4(view.clip_from_render) * glm::dvec4(glm::dvec3(e.center_m) + shape * on_circle, 1);
+    const glm::dvec4 clip =
+        glm::dmat4(view.clip_from_render) * glm::dvec4(glm::dvec3(e.center_m) + shape * on_circle, 1);
     points.push_back((glm::dvec2(clip) / clip.w * 0.5 + 0.5) * glm::dvec2(kImagePx) / double(kScale) - 0.5);
   }
   return points;
@@ -129,7 +135,8 @@ TEST_CASE("the rectangle is tight around an ellipsoid in front of the eye") {
     const View view = view_of(camera);
     const Ellipsoid e = any_ellipsoid(random, camera);
     const glm::dvec3 forward = camera_axes(camera).forward;
-    const double depth_m = glm::dot(forward, glm::dvec3(e.center_m)), extent_m = glm::length(glm::transpose(glm::dmat3(e.render_from_reference)) * forward);
+    const double depth_m = glm::dot(forward, glm::dvec3(e.center_m)),
+                 extent_m = glm::length(glm::transpose(glm::dmat3(e.render_from_reference)) * forward);
     if (depth_m < 1.05 * extent_m) continue;
     ++checked;
     glm::dvec2 low(1e30), high(-1e30);
@@ -169,12 +176,14 @@ TEST_CASE("a tile's mask has every pixel of the tile whose ray meets the ellipso
     const Ellipsoid e = any_ellipsoid(random, camera);
     const glm::uvec2 pixels = pixels_of(view, e), tiles = tiles_of_pixels(pixels);
     const glm::dvec3 forward = camera_axes(camera).forward;
-    const bool in_front = glm::dot(forward, glm::dvec3(e.center_m)) > 1.05 * glm::length(glm::transpose(glm::dmat3(e.render_from_reference)) * forward);
+    const bool in_front = glm::dot(forward, glm::dvec3(e.center_m)) >
+                          1.05 * glm::length(glm::transpose(glm::dmat3(e.render_from_reference)) * forward);
     int missing = 0, outside = 0;
     for (std::uint32_t ty = rectangle_low(tiles).y; ty < rectangle_high(tiles).y; ++ty)
       for (std::uint32_t tx = rectangle_low(tiles).x; tx < rectangle_high(tiles).x; ++tx) {
-        const glm::uvec2 mask = tile_mask(view.clip_from_render, glm::mat4(view.render_from_clip), glm::inverse(e.render_from_reference), e.center_m,
-                                          pixels, {tx, ty}, kImagePx, kScale, kLayerPx);
+        const glm::uvec2 mask =
+            tile_mask(view.clip_from_render, glm::mat4(view.render_from_clip), glm::inverse(e.render_from_reference),
+                      e.center_m, pixels, {tx, ty}, kImagePx, kScale, kLayerPx);
         for (std::uint32_t y = 0; y < kScreenTilePx; ++y)
           for (std::uint32_t x = 0; x < kScreenTilePx; ++x) {
             const glm::uvec2 pixel = glm::uvec2(tx, ty) * kScreenTilePx + glm::uvec2(x, y);
@@ -192,7 +201,8 @@ TEST_CASE("a tile's mask has every pixel of the tile whose ray meets the ellipso
     CHECK(outside == 0);
   }
   CHECK(met > 100000);
-  CHECK(masked < 1.03 * met);  // needles askew keep their rectangles; a rectangle about an ellipse has 1.27 times its area
+  CHECK(masked <
+        1.03 * met);  // needles askew keep their rectangles; a rectangle about an ellipse has 1.27 times its area
 }
 
 TEST_CASE("the bound of what lies above a base holds all of it, near and far on the curved planet, and little else") {
@@ -201,7 +211,8 @@ TEST_CASE("the bound of what lies above a base holds all of it, near and far on 
   double inside = 0, outside = 0;
   int cut_off = 0;
   for (int scene = 0; scene < 2000; ++scene) {
-    const float camera_altitude_m = 12000 * u(random), distance_m = std::exp2(17 * u(random)), angle = 6.28f * u(random);
+    const float camera_altitude_m = 12000 * u(random), distance_m = std::exp2(17 * u(random)),
+                angle = 6.28f * u(random);
     const glm::vec3 center_m = distance_m * glm::vec3(std::cos(angle), std::sin(angle), u(random) - 0.5f);
     const glm::vec3 radius_m = 20.0f * glm::exp2(6.0f * glm::vec3(u(random), u(random), u(random)));
     glm::mat3 scale(0);
@@ -218,8 +229,10 @@ TEST_CASE("the bound of what lies above a base holds all of it, near and far on 
       if (glm::length(in_ball) > 1) continue;
       const glm::dvec3 offset_m = render_from_reference * in_ball;
       const glm::dvec3 p_m = glm::dvec3(center_m) + offset_m;
-      const double altitude = glm::length(p_m + glm::dvec3(0, 0, double(kPlanetRadiusM) + camera_altitude_m)) - double(kPlanetRadiusM);
-      const bool above = altitude >= base_m, bounded = glm::length(glm::dmat3(bound.reference_from_render) * (p_m - glm::dvec3(bound.center_m))) <= 1;
+      const double altitude =
+          glm::length(p_m + glm::dvec3(0, 0, double(kPlanetRadiusM) + camera_altitude_m)) - double(kPlanetRadiusM);
+      const bool above = altitude >= base_m, bounded = glm::length(glm::dmat3(bound.reference_from_render) *
+                                                                   (p_m - glm::dvec3(bound.center_m))) <= 1;
       missing += above && !bounded;
       inside += cut && above;
       outside += cut && !above && bounded;
@@ -233,7 +246,8 @@ TEST_CASE("the bound of what lies above a base holds all of it, near and far on 
 }
 
 TEST_CASE("what two rectangles have in common") {
-  CHECK(rectangle_both(tile_rectangle({1, 2}, {9, 8}), tile_rectangle({3, 0}, {12, 5})) == tile_rectangle({3, 2}, {9, 5}));
+  CHECK(rectangle_both(tile_rectangle({1, 2}, {9, 8}), tile_rectangle({3, 0}, {12, 5})) ==
+        tile_rectangle({3, 2}, {9, 5}));
   CHECK(rectangle_both(tile_rectangle({1, 2}, {3, 8}), tile_rectangle({3, 2}, {12, 8})) == kNoTiles);
   CHECK(rectangle_both(kNoTiles, tile_rectangle({0, 0}, {12, 8})) == kNoTiles);
 }
@@ -253,7 +267,8 @@ TEST_CASE("no point of an ellipsoid is nearer than its bound, and the bound is n
     double nearest_m = 1e30;
     for (int k = 0; k < 2000; ++k) {
       const glm::dvec3 on_sphere = glm::normalize(glm::dvec3(n(random), n(random), n(random)));
-      nearest_m = std::min(nearest_m, glm::length(glm::dvec3(e.center_m) + glm::dmat3(e.render_from_reference) * on_sphere));
+      nearest_m =
+          std::min(nearest_m, glm::length(glm::dvec3(e.center_m) + glm::dmat3(e.render_from_reference) * on_sphere));
     }
     CHECK(double(bound_m) <= nearest_m);
   }
@@ -261,4 +276,6 @@ TEST_CASE("no point of an ellipsoid is nearer than its bound, and the bound is n
   CHECK(near_bound_m({0, 10, 0}, 100) == 0);
 }
 
-TEST_CASE("the rim's two constants are one") { CHECK(kRimRadius * kRimRadius + kRimFrom * kRimFrom == doctest::Approx(1).epsilon(1e-6)); }
+TEST_CASE("the rim's two constants are one") {
+  CHECK(kRimRadius * kRimRadius + kRimFrom * kRimFrom == doctest::Approx(1).epsilon(1e-6));
+}

@@ -37,8 +37,9 @@ TEST_CASE("the median's interval is the one that tables of the sign test give") 
   struct Row {
     int count, low, high;  // ranks; two-sided 95 %
   };
-  for (const Row& row : {Row{1, 1, 1}, Row{2, 1, 2}, Row{5, 1, 5}, Row{6, 1, 6}, Row{8, 1, 8}, Row{9, 2, 8}, Row{11, 2, 10}, Row{12, 3, 10},
-                         Row{15, 4, 12}, Row{20, 6, 15}, Row{25, 8, 18}, Row{50, 18, 33}, Row{100, 40, 61}}) {
+  for (const Row& row :
+       {Row{1, 1, 1}, Row{2, 1, 2}, Row{5, 1, 5}, Row{6, 1, 6}, Row{8, 1, 8}, Row{9, 2, 8}, Row{11, 2, 10},
+        Row{12, 3, 10}, Row{15, 4, 12}, Row{20, 6, 15}, Row{25, 8, 18}, Row{50, 18, 33}, Row{100, 40, 61}}) {
     CAPTURE(row.count);
     const MedianInterval interval = median_interval(one_to(row.count));
     CHECK(interval.low == row.low);

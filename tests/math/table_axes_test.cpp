@@ -123,7 +123,8 @@ TEST_CASE("packed words fill their table, each with a place of its own, and four
       for (uint z = 0; z < n; ++z)
         for (uint y = 0; y < n; ++y)
           for (uint group = 0; group < packed_groups(n); ++group)
-            places.insert(packed_along_exit_u(group, n) + packed_along_exit_v(y) + packed_along_entry_u(z, n) + packed_along_entry_v(w, n));
+            places.insert(packed_along_exit_u(group, n) + packed_along_exit_v(y) + packed_along_entry_u(z, n) +
+                          packed_along_entry_v(w, n));
     CHECK(places.size() == std::size_t{packed_groups(n)} * n * n * n);
     CHECK(*places.rbegin() < packed_words(n));
   }

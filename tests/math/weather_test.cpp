@@ -29,7 +29,9 @@ struct Map {
 };
 
 // The same weather everywhere that clouds are looked at.
-Map uniform_map(uint coverage, uint type) { return {{4, 4}, std::vector<uint>(16, texel(coverage, type)), dvec2(-2e6), dvec2(4e6)}; }
+Map uniform_map(uint coverage, uint type) {
+  return {{4, 4}, std::vector<uint>(16, texel(coverage, type)), dvec2(-2e6), dvec2(4e6)};
+}
 
 CloudParams params_under(const Map& map, uint seed, float coverage_beyond = 0.25f) {
   FrameConstants frame = cloud_frame();
@@ -67,7 +69,10 @@ Sky measure(const Map& map) {
 
 TEST_CASE("weather map: texels lie where they belong, the first row in the north") {
   // 3 x 2 texels of 1000 x 500 m from (2000, -1000) on.
-  const Map map{{3, 2}, {texel(10, 0), texel(20, 0), texel(30, 0), texel(40, 255), texel(50, 255), texel(60, 255)}, {2000, -1000}, {3000, 1000}};
+  const Map map{{3, 2},
+                {texel(10, 0), texel(20, 0), texel(30, 0), texel(40, 255), texel(50, 255), texel(60, 255)},
+                {2000, -1000},
+                {3000, 1000}};
   const Weather weather = map.seen_from(dvec2(0));
   const auto at = [&](float x, float y) { return weather_at(weather, vec2(x, y)) * 255.0f; };
   CHECK(at(2500, -250).x == doctest::Approx(10));
@@ -85,7 +90,8 @@ TEST_CASE("weather map: texels lie where they belong, the first row in the north
   CHECK(at(5000 + 500, -1000).x == doctest::Approx(0.75 * 60 + 0.25 * 0.25 * 255));
   CHECK(at(2500, 1500).y == doctest::Approx(0.75 * 255));
   CHECK(at(2500, 2001).y == doctest::Approx(255));
-  for (const vec2 p : {vec2(-1e5f, 0.0f), vec2(1e5f, 0.0f), vec2(3500.0f, 9e4f), vec2(3500.0f, -9e4f)}) CHECK(at(p.x, p.y).x == doctest::Approx(0.25 * 255));
+  for (const vec2 p : {vec2(-1e5f, 0.0f), vec2(1e5f, 0.0f), vec2(3500.0f, 9e4f), vec2(3500.0f, -9e4f)})
+    CHECK(at(p.x, p.y).x == doctest::Approx(0.25 * 255));
 }
 
 TEST_CASE("weather map: a place has the same weather from every grid origin, 10 000 km out too") {
@@ -98,14 +104,18 @@ TEST_CASE("weather map: a place has the same weather from every grid origin, 10 
     away.corner_m += shift_m;
     const double unit_m = static_cast<double>(kOriginUnitM);
     const dvec2 origin_m = round(shift_m / unit_m) * unit_m;
-    const Weather here = map.seen_from(dvec2(0)), there = away.seen_from(origin_m), next = map.seen_from(dvec2(unit_m, -unit_m));
+    const Weather here = map.seen_from(dvec2(0)), there = away.seen_from(origin_m),
+                  next = map.seen_from(dvec2(unit_m, -unit_m));
     double largest = 0.0;
     for (int i = 0; i < 2000; ++i) {
       const dvec2 p(place(random), place(random));
-      const vec2 a = weather_at(here, vec2(p)), b = weather_at(there, vec2(p + shift_m - origin_m)), c = weather_at(next, vec2(p - dvec2(unit_m, -unit_m)));
+      const vec2 a = weather_at(here, vec2(p)), b = weather_at(there, vec2(p + shift_m - origin_m)),
+                 c = weather_at(next, vec2(p - dvec2(unit_m, -unit_m)));
       largest = std::max({largest, static_cast<double>(length(a - b)), static_cast<double>(length(a - c))});
     }
-    CHECK(largest < 1e-4);  // places are floats of 8 mm: 5e-6 of a texel, whose neighbours may differ by 1.4; the fade is 2 km wide
+    CHECK(
+        largest <
+        1e-4);  // places are floats of 8 mm: 5e-6 of a texel, whose neighbours may differ by 1.4; the fade is 2 km wide
   }
   // Too far away for its index: nothing of it is seen.
   map.corner_m = dvec2(1e9);
@@ -153,7 +163,8 @@ TEST_CASE("weather map: a cloud that drifts out of it shrinks to nothing and nev
         const float radius_m = cloud_feature(params, lattice, ivec2(0, i - 30)).radius_m;
         const float spacing_m = lattice_cell_m(feature_cells(lattice));
         // The area grows by the fade's slope: a fifteenth of the largest in 10 m at most.
-        if (step > 0) REQUIRE(std::fabs(radius_m * radius_m - before_m * before_m) < 0.07f * 0.8f * spacing_m * spacing_m);
+        if (step > 0)
+          REQUIRE(std::fabs(radius_m * radius_m - before_m * before_m) < 0.07f * 0.8f * spacing_m * spacing_m);
         born += before_m == 0.0f && radius_m > 0.0f;
         before_m = radius_m;
       }

@@ -17,7 +17,8 @@ dvec3 render_oracle(dvec3 p, dvec3 camera) {
   const dvec2 offset(p.x - camera.x, p.y - camera.y);
   const double s = std::hypot(offset.x, offset.y), phi = s / kR;
   const dvec2 along = s > 0 ? offset / s : dvec2(0);
-  return {along.x * (kR + p.z) * std::sin(phi), along.y * (kR + p.z) * std::sin(phi), (kR + p.z) * std::cos(phi) - kR - camera.z};
+  return {along.x * (kR + p.z) * std::sin(phi), along.y * (kR + p.z) * std::sin(phi),
+          (kR + p.z) * std::cos(phi) - kR - camera.z};
 }
 
 double altitude_oracle(dvec3 p_render, double camera_altitude) {
@@ -38,8 +39,10 @@ TEST_CASE("grid to render space follows the sphere, and back") {
     const vec3 render = render_from_grid(p, camera);
     const dvec3 exact = render_oracle(dvec3(p), dvec3(camera));
     worst = std::fmax(worst, length(dvec3(render) - exact) / (1.0 + 1e-6 * length(exact)));
-    worst_altitude = std::fmax(worst_altitude, std::fabs(altitude_oracle(dvec3(render), static_cast<double>(camera.z)) - static_cast<double>(p.z)));
-    worst_altitude = std::fmax(worst_altitude, std::fabs(static_cast<double>(altitude_m(render, camera.z)) - static_cast<double>(p.z)));
+    worst_altitude = std::fmax(worst_altitude, std::fabs(altitude_oracle(dvec3(render), static_cast<double>(camera.z)) -
+                                                         static_cast<double>(p.z)));
+    worst_altitude = std::fmax(worst_altitude,
+                               std::fabs(static_cast<double>(altitude_m(render, camera.z)) - static_cast<double>(p.z)));
     worst_back = std::fmax(worst_back, static_cast<double>(length(grid_from_render(render, camera) - p)));
   }
   // Coordinates of 300 km are spaced by 1/32 m; altitudes of 20 km by 1/512 m, and they see a slope of up to 1/25.
@@ -64,7 +67,8 @@ TEST_CASE("a place is split into origin and rest without loss") {
     CHECK(place.grid_m.z == 1500.0f);
     const double units = (x - static_cast<double>(place.grid_m.x)) / static_cast<double>(kOriginUnitM);
     CHECK(std::fabs(units - std::round(units)) < 1e-6);
-    CHECK(place.origin_index.x == static_cast<int>(static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(units)))));
+    CHECK(place.origin_index.x ==
+          static_cast<int>(static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(units)))));
   }
 }
 
@@ -74,11 +78,13 @@ TEST_CASE("a world place has the same lattice cell and noise from every origin")
   for (const uint n : {7u, 39u, 105u, 208u, 512u}) {
     for (int i = 0; i < 500; ++i) {
       // Multiples of 1/16 m within 100 km are exact in both frames.
-      const vec2 p(std::round(40000.0f * unit(random) * 16.0f) / 16.0f, std::round(40000.0f * unit(random) * 16.0f) / 16.0f);
+      const vec2 p(std::round(40000.0f * unit(random) * 16.0f) / 16.0f,
+                   std::round(40000.0f * unit(random) * 16.0f) / 16.0f);
       const ivec2 origin(-7, 105), shift(1, -1);
       const vec2 p_shifted = p - vec2(shift) * kOriginUnitM;
       const vec2 a = lattice_position(p, n), b = lattice_position(p_shifted, n);
-      const float noise_a = fbm2(a, lattice_base(origin, n), 1u, 3), noise_b = fbm2(b, lattice_base(origin + shift, n), 1u, 3);
+      const float noise_a = fbm2(a, lattice_base(origin, n), 1u, 3),
+                  noise_b = fbm2(b, lattice_base(origin + shift, n), 1u, 3);
       // 140 km in cells of 184 m is 760: spaced by 6e-5 of a cell, four times that in the third octave, slope up to 3.
       CHECK(std::fabs(noise_a - noise_b) < 1e-3f);
       const vec2 place_in_cell = a - floor(a);

@@ -87,7 +87,8 @@ TEST_CASE("past the capacity the farthest cells are left out and counted; what s
   REQUIRE(all.counters.particle_demand == all.counters.particle_count);
   const auto cell_first = roomy.grid().cell_first.read_vector<std::uint32_t>(shared::grid_cell_count(constants) + 1);
   const auto cell_of = roomy.grid().particle_cell.read_vector<std::uint32_t>(all.counters.particle_count);
-  for (const std::uint32_t capacity : {1u, 64u, 1000u, all.counters.particle_demand - 1u, all.counters.particle_demand}) {
+  for (const std::uint32_t capacity :
+       {1u, 64u, 1000u, all.counters.particle_demand - 1u, all.counters.particle_demand}) {
     CAPTURE(capacity);
     CloudParticles tight(test_device(), constants, {}, capacity);
     const Run some = run(tight, constants);
@@ -99,12 +100,14 @@ TEST_CASE("past the capacity the farthest cells are left out and counted; what s
     // What stays: the particles of all bins that fit, counted here from the cells.
     std::vector<std::uint32_t> in_bin(shared::kDistanceBins);
     for (std::uint32_t cell = 0; cell + 1 < cell_first.size(); ++cell)
-      in_bin[shared::distance_bin(constants, shared::grid_cell(constants, cell))] += cell_first[cell + 1] - cell_first[cell];
+      in_bin[shared::distance_bin(constants, shared::grid_cell(constants, cell))] +=
+          cell_first[cell + 1] - cell_first[cell];
     std::uint32_t kept_bins = 0, kept = 0;
     while (kept_bins < shared::kDistanceBins && kept + in_bin[kept_bins] <= capacity) kept += in_bin[kept_bins++];
     std::vector<Particle> expected;
     for (std::size_t i = 0; i < all.particles.size(); ++i)
-      if (shared::distance_bin(constants, shared::grid_cell(constants, cell_of[i])) < kept_bins) expected.push_back(all.particles[i]);
+      if (shared::distance_bin(constants, shared::grid_cell(constants, cell_of[i])) < kept_bins)
+        expected.push_back(all.particles[i]);
     CHECK(same_bytes(some.particles, expected));
   }
 }
@@ -157,7 +160,8 @@ TEST_CASE("extreme settings stay finite and within the capacity") {
         CHECK(result.counters.particle_count > 10);
         std::uint32_t bad = 0;
         for (const Particle& p : result.particles)
-          bad += !(std::isfinite(p.center_m.x + p.center_m.y + p.center_m.z + p.radius_m.x + p.radius_m.y + p.radius_m.z + p.base_m + p.top_m) &&
+          bad += !(std::isfinite(p.center_m.x + p.center_m.y + p.center_m.z + p.radius_m.x + p.radius_m.y +
+                                 p.radius_m.z + p.base_m + p.top_m) &&
                    p.extinction_per_m >= 0.0f && p.extinction_per_m <= shared::kMaxGain * constants.extinction_per_m);
         CHECK(bad == 0);
       }
@@ -174,8 +178,9 @@ TEST_CASE("the sky over a place is the same 10 000 km out") {
   CHECK(b.counters.particle_count < a.counters.particle_count * 3);
   // A shift of the origin that leaves the world place alone gives the same particles, up to rounding.
   FrameConstants shifted = near_frame;
-  shared::place_camera(shifted, {near_frame.origin_index + glm::ivec2(1, -1),
-                                 near_frame.camera_grid_m + glm::vec3(-shared::kOriginUnitM, shared::kOriginUnitM, 0.0f)});
+  shared::place_camera(shifted,
+                       {near_frame.origin_index + glm::ivec2(1, -1),
+                        near_frame.camera_grid_m + glm::vec3(-shared::kOriginUnitM, shared::kOriginUnitM, 0.0f)});
   const Run c = run(pass, shifted);
   REQUIRE(c.counters.particle_count > 0);
   CHECK(std::abs(static_cast<int>(c.counters.particle_count) - static_cast<int>(a.counters.particle_count)) < 50);
@@ -197,7 +202,8 @@ TEST_CASE("the visible list leaves out nothing that shows, and little that does 
   CloudParticles pass(test_device(), small_frame(), {});
   for (int view = 0; view < 12; ++view) {
     CameraState camera;
-    camera.position_m = {2e4 * unit(random), 2e4 * unit(random), view % 3 == 0 ? 1500.0 : 6000.0 + 5900.0 * unit(random)};
+    camera.position_m = {2e4 * unit(random), 2e4 * unit(random),
+                         view % 3 == 0 ? 1500.0 : 6000.0 + 5900.0 * unit(random)};
     camera.yaw_rad = 3.1 * unit(random);
     camera.pitch_rad = view == 1 ? 1.5707963 : view == 2 ? -1.5707963 : 0.6 * unit(random);
     camera.roll_rad = unit(random);
@@ -224,7 +230,8 @@ TEST_CASE("the visible list leaves out nothing that shows, and little that does 
         if (clip.w <= 0.0f || std::fabs(clip.x) > clip.w || std::fabs(clip.y) > clip.w) continue;
         shows = true;
         for (int step = 1; step <= 64; ++step)
-          if (shared::altitude_m(point * (static_cast<float>(step) / 64.0f), constants.camera_grid_m.z) < 0.0f) shows = false;
+          if (shared::altitude_m(point * (static_cast<float>(step) / 64.0f), constants.camera_grid_m.z) < 0.0f)
+            shows = false;
       }
       missed += shows && !listed[i];
       showing += shows;
@@ -241,7 +248,8 @@ TEST_CASE("listed particles come first, in world space without loss") {
     CameraState camera;
     camera.position_m = {far_m + 10.25, -far_m, 1500.0};
     std::vector<ListedParticle> listed;
-    for (int i = 0; i < 200; ++i) listed.push_back(listed_at(camera.position_m + glm::dvec3(3.0 * i, 500.0 + i, -10.0 * (i % 7))));
+    for (int i = 0; i < 200; ++i)
+      listed.push_back(listed_at(camera.position_m + glm::dvec3(3.0 * i, 500.0 + i, -10.0 * (i % 7))));
     listed[1].radiance = glm::vec3(1, 2, 3);
     listed[2].shape = ParticleShape::homogeneous;
     listed[3].density = 0.0f;
@@ -284,8 +292,9 @@ TEST_CASE("the ground hides what is behind it, with a margin, unless there is no
   // 100 m above the ground the horizon is 35.7 km away; at 150 km it hides (150 - 35.7)^2 / 2R = 1027 m.
   const auto at = [&](float altitude, float radius) {
     Particle p{};
-    p.center_m = shared::render_from_grid(glm::vec3(0.0f, 150000.0f, altitude) + glm::vec3(constants.camera_grid_m.x, constants.camera_grid_m.y, 0.0f),
-                                          constants.camera_grid_m);
+    p.center_m = shared::render_from_grid(
+        glm::vec3(0.0f, 150000.0f, altitude) + glm::vec3(constants.camera_grid_m.x, constants.camera_grid_m.y, 0.0f),
+        constants.camera_grid_m);
     p.radius_m = glm::vec3(radius);
     p.extinction_per_m = 0.1f;
     return p;

@@ -104,8 +104,9 @@ TEST_CASE("shadow look-up: all of it below the clouds, none above, none outside 
   const LightScene scene(light_constants(220, 50), {cloud}, {});
   const dvec3 sun = scene.sun();
   const auto at_height = [&](double z) { return glm::vec3(sun * ((z - 500.0) / sun.z)) + glm::vec3(0, 0, 500.0f); };
-  const std::vector<glm::vec3> points = {at_height(-1500.0), at_height(380.0),  at_height(500.0),
-                                         at_height(620.0),   at_height(5000.0), glm::vec3(20000.0f, 0.0f, -1500.0f),
+  const std::vector<glm::vec3> points = {at_height(-1500.0),         at_height(380.0),
+                                         at_height(500.0),           at_height(620.0),
+                                         at_height(5000.0),          glm::vec3(20000.0f, 0.0f, -1500.0f),
                                          glm::vec3(3e6f, 0.0f, 0.0f)};
   const std::vector<float> probes = cast(scene, points).probes;
   const double through = true_transmittance(scene, dvec3(points[0]));
@@ -148,7 +149,8 @@ TEST_CASE("a step of a millimetre changes no shadow") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto anywhere = [&](double low_m, double high_m) {
-    return dvec3(kHalfM * (2.0 * unit(random) - 1.0), kHalfM * (2.0 * unit(random) - 1.0), low_m + (high_m - low_m) * unit(random));
+    return dvec3(kHalfM * (2.0 * unit(random) - 1.0), kHalfM * (2.0 * unit(random) - 1.0),
+                 low_m + (high_m - low_m) * unit(random));
   };
   std::vector<Particle> layer(3000);
   std::vector<dvec3> centers_m, points_m;
@@ -178,7 +180,8 @@ TEST_CASE("a step of a millimetre changes no shadow") {
           CAPTURE(place);
           const FrameConstants constants = light_constants(azimuth_deg, elevation_deg);
           const dvec3 camera_m(137.3 * place, -91.7 * place, altitude_m);
-          const std::vector<float> before = probes_from(constants, camera_m), after = probes_from(constants, camera_m + dvec3(1e-3, -1e-3, 0.0));
+          const std::vector<float> before = probes_from(constants, camera_m),
+                                   after = probes_from(constants, camera_m + dvec3(1e-3, -1e-3, 0.0));
           double largest = 0.0, mean = 0.0;
           for (std::size_t i = 0; i < before.size(); ++i) {
             largest = std::max(largest, std::abs(double(after[i]) - double(before[i])));
@@ -186,7 +189,8 @@ TEST_CASE("a step of a millimetre changes no shadow") {
           }
           CHECK(mean > 0.3);
           CHECK(mean < 0.8);
-          CHECK(largest < 1.0 / 255.0);  // of the sun's light: places at 200 km are floats of 16 mm, and some graze a particle
+          CHECK(largest <
+                1.0 / 255.0);  // of the sun's light: places at 200 km are floats of 16 mm, and some graze a particle
         }
 }
 

@@ -45,7 +45,12 @@ TEST_CASE("every altitude and sun gives a finite picture, dark at night and brig
       CAPTURE(altitude_m);
       CAPTURE(sun_deg);
       for (const double pitch_deg : {-90.0, 0.0}) {
-        const SkyView view{.altitude_m = altitude_m, .yaw_deg = 80, .pitch_deg = pitch_deg, .sun_elevation_deg = sun_deg, .width = 32, .height = 24};
+        const SkyView view{.altitude_m = altitude_m,
+                           .yaw_deg = 80,
+                           .pitch_deg = pitch_deg,
+                           .sun_elevation_deg = sun_deg,
+                           .width = 32,
+                           .height = 24};
         const CloudLayerPixels layer = uniform_layer(view, {0.1f, 0.1f, 0.1f, 0.5f}, 30000.0f);
         const SkyPicture clear = sky.render(view), cloudy = sky.render(view, &layer);
         REQUIRE(sane(clear));
@@ -71,13 +76,15 @@ TEST_CASE("from the air the horizon is neither a line nor a step") {
   for (const double altitude_m : {1500.0, 11000.0}) {
     for (const double yaw_deg : {0.0, 90.0, 270.0}) {
       const double dip_deg = std::acos(6360e3 / (6360e3 + altitude_m)) * 180 / M_PI;
-      const SkyView view{.altitude_m = altitude_m, .yaw_deg = yaw_deg, .pitch_deg = -dip_deg, .fov_deg = 8, .width = 8, .height = 160};
+      const SkyView view{
+          .altitude_m = altitude_m, .yaw_deg = yaw_deg, .pitch_deg = -dip_deg, .fov_deg = 8, .width = 8, .height = 160};
       const SkyPicture picture = sky.render(view);
       CAPTURE(altitude_m);
       CAPTURE(yaw_deg);
       // Rows are 0.05 degrees high; no row differs from the mean of its neighbours by more than a shade.
       for (std::uint32_t y = 60; y < 100; ++y) {
-        const float here = luminance(picture.at(4, y)), around = 0.5f * (luminance(picture.at(4, y - 1)) + luminance(picture.at(4, y + 1)));
+        const float here = luminance(picture.at(4, y)),
+                    around = 0.5f * (luminance(picture.at(4, y - 1)) + luminance(picture.at(4, y + 1)));
         CHECK(std::abs(here / around - 1.0f) < 0.012f);
         CHECK(std::abs(luminance(picture.at(4, y + 1)) / here - 1.0f) < 0.03f);
       }
@@ -124,7 +131,13 @@ TEST_CASE("a vacuum shows the cloud layer and nothing else") {
 TEST_CASE("ground in a vacuum is a Lambert surface of the scene's albedo") {
   SkyFrame sky(test::test_device());
   // From far up the pattern is averaged away.
-  const SkyPicture picture = sky.render({.altitude_m = 60000, .pitch_deg = -90, .fov_deg = 90, .sun_elevation_deg = 90, .width = 64, .height = 64, .atmosphere = false});
+  const SkyPicture picture = sky.render({.altitude_m = 60000,
+                                         .pitch_deg = -90,
+                                         .fov_deg = 90,
+                                         .sun_elevation_deg = 90,
+                                         .width = 64,
+                                         .height = 64,
+                                         .atmosphere = false});
   glm::dvec3 mean(0);
   for (const glm::vec4& v : picture.hdr) mean += glm::dvec3(v) / double(picture.hdr.size());
   for (int c = 0; c < 3; ++c) CHECK(mean[c] == doctest::Approx(glm::vec3(0.12f, 0.14f, 0.10f)[c] / M_PI).epsilon(0.05));
@@ -182,7 +195,13 @@ TEST_CASE("near the horizon a far black wall is as bright as the sky: no bright 
 
 TEST_CASE("the sun's disc is as bright as its irradiance says, and clouds hide it") {
   SkyFrame sky(test::test_device());
-  const SkyView view{.altitude_m = 2, .yaw_deg = 90, .pitch_deg = 40, .fov_deg = 2, .sun_elevation_deg = 40, .width = 100, .height = 100};
+  const SkyView view{.altitude_m = 2,
+                     .yaw_deg = 90,
+                     .pitch_deg = 40,
+                     .fov_deg = 2,
+                     .sun_elevation_deg = 40,
+                     .width = 100,
+                     .height = 100};
   const SkyPicture picture = sky.render(view);
   double sum = 0;
   const double pixel_sr = std::pow(2.0 * std::tan(M_PI / 180) / 100, 2);
@@ -195,7 +214,8 @@ TEST_CASE("the sun's disc is as bright as its irradiance says, and clouds hide i
   const SkyPicture small = sky.render(coarse);
   double center = 0;
   for (std::uint32_t y = 19; y <= 21; ++y)
-    for (std::uint32_t x = 19; x <= 21; ++x) center += luminance(small.at(x, y)) * std::pow(2.0 * std::tan(20 * M_PI / 180) / 41, 2);
+    for (std::uint32_t x = 19; x <= 21; ++x)
+      center += luminance(small.at(x, y)) * std::pow(2.0 * std::tan(20 * M_PI / 180) / 41, 2);
   CHECK(center == doctest::Approx(sum).epsilon(0.15));
 
   const auto behind = [&](float transmittance) {
@@ -247,11 +267,12 @@ TEST_CASE("the sun's glare is in the display image alone, and not when a cloud h
   SkyFrame sky(test::test_device());
   const SkyView view{.altitude_m = 2, .yaw_deg = 90, .pitch_deg = 42, .fov_deg = 20, .sun_elevation_deg = 40};
   const auto glare = [&](const SkyPicture& picture, std::uint32_t x, std::uint32_t y) {
-    return float(picture.display[y * picture.width + x].z) - shared::display_color(picture.at(x, y), 1.0f, {x, y}).z * 255.0f;
+    return float(picture.display[y * picture.width + x].z) -
+           shared::display_color(picture.at(x, y), 1.0f, {x, y}).z * 255.0f;
   };
   const SkyPicture clear = sky.render(view);
-  CHECK(glare(clear, 32, 26) > 2.0f);                   // a degree and a half from the sun
-  CHECK(std::abs(glare(clear, 2, 2)) < 2.0f);           // twelve degrees from it
+  CHECK(glare(clear, 32, 26) > 2.0f);          // a degree and a half from the sun
+  CHECK(std::abs(glare(clear, 2, 2)) < 2.0f);  // twelve degrees from it
   const CloudLayerPixels cloud = uniform_layer(view, {0.02f, 0.02f, 0.02f, 0.0f}, 500.0f);
   CHECK(std::abs(glare(sky.render(view, &cloud), 32, 26)) < 0.6f);
 }

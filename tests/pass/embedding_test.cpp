@@ -11,13 +11,14 @@ using nephele::test::test_tables;
 
 TEST_CASE("a frame recorded into a host's command buffer equals a rendered one") {
   Device& host = test_device();
-  const std::unique_ptr<Device> lent = Device::adopt({.physical_device = host.physical(),
-                                                      .device = host.vk(),
-                                                      .queue = host.queue(),
-                                                      .queue_family = host.queue_family(),
-                                                      .fragment_shader_interlock = host.info().fragment_shader_interlock,
-                                                      .ordered_attachment_access = host.info().ordered_attachment_access,
-                                                      .fragment_count_query = host.info().fragment_count_query});
+  const std::unique_ptr<Device> lent =
+      Device::adopt({.physical_device = host.physical(),
+                     .device = host.vk(),
+                     .queue = host.queue(),
+                     .queue_family = host.queue_family(),
+                     .fragment_shader_interlock = host.info().fragment_shader_interlock,
+                     .ordered_attachment_access = host.info().ordered_attachment_access,
+                     .fragment_count_query = host.info().fragment_count_query});
   Scene scene;
   scene.clouds->coverage = 0.5f;
   const RenderSettings settings{.width = 48, .height = 32, .quality = Quality::low, .scale = 2};
@@ -41,7 +42,8 @@ TEST_CASE("a frame recorded into a host's command buffer equals a rendered one")
 TEST_CASE("a scene without clouds has no cloud layer and records no cloud pass") {
   Scene scene;
   scene.clouds.reset();
-  const auto renderer = Renderer::create(test_device(), test_tables(), scene, {.width = 16, .height = 16, .quality = Quality::low});
+  const auto renderer =
+      Renderer::create(test_device(), test_tables(), scene, {.width = 16, .height = 16, .quality = Quality::low});
   REQUIRE(renderer);
   (*renderer)->render(scene.camera, 0.0);
   CHECK((*renderer)->cloud_color() == nullptr);

@@ -32,7 +32,8 @@ Image uniform_shadow(Device& device, float opacity, float height_m) {
 
 TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
   Device& device = test::test_device();
-  FrameConstants constants = test::sky_constants({.altitude_m = 1500, .yaw_deg = 60, .pitch_deg = 5, .sun_elevation_deg = 25, .ground = false});
+  FrameConstants constants = test::sky_constants(
+      {.altitude_m = 1500, .yaw_deg = 60, .pitch_deg = 5, .sun_elevation_deg = 25, .ground = false});
   constants.base_m = 90000.0f;  // so that no ray ends above the clouds, and without a ground none ends there
   Buffer buffer(device, "constants", sizeof constants);
   buffer.write(std::as_bytes(std::span(&constants, 1)));
@@ -60,10 +61,12 @@ TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
   for (const vec2 place : {vec2(0.5f, 0.5f), vec2(0.1f, 0.2f), vec2(0.8f, 0.9f), vec2(0.0f, 0.0f)}) {
     const glm::vec4 far = constants.render_from_clip * glm::vec4(place * 2.0f - 1.0f, 1.0f, 1.0f);
     const vec3 direction = normalize(vec3(far));
-    const ViewRay ray{constants.camera_grid_m.z, direction.z, constants.sun_direction.z, dot(direction, constants.sun_direction)};
+    const ViewRay ray{constants.camera_grid_m.z, direction.z, constants.sun_direction.z,
+                      dot(direction, constants.sun_direction)};
     for (const float distance_m : {500.0f, 5000.0f, 30000.0f, 80000.0f}) {
       ViewMarch march = begin_march(ray, 0.0f);
-      for (int i = 1; i <= 400; ++i) march_to(transmittance, none, ray, distance_m * static_cast<float>(i) / 400.0f, march);
+      for (int i = 1; i <= 400; ++i)
+        march_to(transmittance, none, ray, distance_m * static_cast<float>(i) / 400.0f, march);
       const vec3 wanted = march.smooth_light + march.aerosol_light * aerosol_phase(ray.sun_cos_view);
       const vec3 got = haze_shadow_lookup(lost, place, distance_m, constants.view_distance_m);
       CAPTURE(distance_m);
@@ -77,7 +80,8 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
   scene.clouds->coverage = 0.6f;
   scene.clouds->view_distance_m = 30000.0f;
   scene.sun.elevation_rad = 0.3;
-  Scene anywhere = scene;  // a listed particle may be at any height, so every ray goes on to its end; this one nobody sees
+  Scene anywhere =
+      scene;  // a listed particle may be at any height, so every ray goes on to its end; this one nobody sees
   anywhere.particles.push_back({.center_m = {0.0, 0.0, 60000.0}, .radius_m = glm::vec3(0.01f), .density = 1e-6f});
   for (const double pitch_rad : {-0.3, 0.1, 0.6}) {
     for (const double altitude_m : {300.0, 6000.0}) {
@@ -87,7 +91,8 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
       scene.camera.pitch_rad = pitch_rad;
       std::vector<float> pictures[2];
       for (const Scene* of : {&scene, &anywhere}) {
-        auto renderer = Renderer::create(test::test_device(), test::test_tables(), *of, {.width = 96, .height = 54, .quality = Quality::low});
+        auto renderer = Renderer::create(test::test_device(), test::test_tables(), *of,
+                                         {.width = 96, .height = 54, .quality = Quality::low});
         REQUIRE_MESSAGE(renderer, renderer.error().message);
         (*renderer)->render(scene.camera, 0.0);
         pictures[of == &anywhere] = (*renderer)->read_hdr();
@@ -98,7 +103,8 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
           sum += pictures[1][i + c];
           worst = std::max<double>(worst, std::abs(pictures[0][i + c] - pictures[1][i + c]));
         }
-      CHECK(worst < 0.005 * sum / (3.0 * 96 * 54));  // pixels between a ray that sinks into the ground and one that does not
+      CHECK(worst <
+            0.005 * sum / (3.0 * 96 * 54));  // pixels between a ray that sinks into the ground and one that does not
     }
   }
 }
@@ -119,7 +125,8 @@ TEST_CASE("a shadow darkens what is behind it, in proportion, and light stays po
       if (luminance(open.hdr[i]) > 100.0f) continue;  // the sun's disc
       CHECK(luminance(dark.hdr[i]) >= 0.0f);
       CHECK(luminance(dark.hdr[i]) < luminance(open.hdr[i]));
-      CHECK(luminance(dim.hdr[i]) == doctest::Approx(0.5f * (luminance(open.hdr[i]) + luminance(dark.hdr[i]))).epsilon(0.01));
+      CHECK(luminance(dim.hdr[i]) ==
+            doctest::Approx(0.5f * (luminance(open.hdr[i]) + luminance(dark.hdr[i]))).epsilon(0.01));
     }
   }
 }

@@ -42,7 +42,8 @@ Scene cloudy() {
 }
 
 std::unique_ptr<Renderer> make_renderer(const Scene& scene, std::uint32_t scale = 1) {
-  auto renderer = Renderer::create(test_device(), test_tables(), scene, {.width = kWidth, .height = kHeight, .quality = Quality::low, .scale = scale});
+  auto renderer = Renderer::create(test_device(), test_tables(), scene,
+                                   {.width = kWidth, .height = kHeight, .quality = Quality::low, .scale = scale});
   REQUIRE(renderer);
   return std::move(*renderer);
 }
@@ -59,8 +60,8 @@ TEST_CASE("a scene cuts particles at its depth, pixel by pixel, in every blend")
                                         emissive({30, 460, 10}, {100, 130, 70}, 0.02f, {0.2f, 0.5f, 1})};
   std::vector<shared::Particle> crowd;
   for (int i = 0; i < 60; ++i)
-    crowd.push_back(emissive({300 * (u(random) - 0.5f), 300 + 300 * u(random), 150 * (u(random) - 0.5f)}, glm::vec3(20 + 60 * u(random)),
-                             0.02f * u(random), {u(random), u(random), u(random)}));
+    crowd.push_back(emissive({300 * (u(random) - 0.5f), 300 + 300 * u(random), 150 * (u(random) - 0.5f)},
+                             glm::vec3(20 + 60 * u(random)), 0.02f * u(random), {u(random), u(random), u(random)}));
   for (const Backend backend : {Backend::attachment, Backend::tiled, Backend::interlock}) {
     if (!backend_available(test_device().info(), backend)) continue;
     CAPTURE(backend_name(backend));
@@ -68,8 +69,9 @@ TEST_CASE("a scene cuts particles at its depth, pixel by pixel, in every blend")
     // The tolerances of the same scenes without a cut.
     CHECK(layer_error(layer, oracle_layer(pair, kLevelCamera, size, &scene_m), 1e-3).failing <= 0.001);
   }
-  const LayerError exact = layer_error(draw_layer(crowd, kLevelCamera, Backend::tiled, BlendMode::exact, size, 1, &scene_m),
-                                       oracle_layer(crowd, kLevelCamera, size, &scene_m), 2e-4);
+  const LayerError exact =
+      layer_error(draw_layer(crowd, kLevelCamera, Backend::tiled, BlendMode::exact, size, 1, &scene_m),
+                  oracle_layer(crowd, kLevelCamera, size, &scene_m), 2e-4);
   CHECK(exact.failing <= 0.001);
   CHECK(exact.worst <= 1e-2);
 }
@@ -79,7 +81,8 @@ TEST_CASE("a host that has drawn nothing changes nothing") {
   const auto renderer = make_renderer(scene);
   renderer->render(scene.camera, 0.0);
   const std::vector<float> alone = renderer->read_hdr();
-  for (const float nothing : {kNothing, -1.0f, std::nanf("")}) {  // a cleared buffer may hold anything that is no distance
+  for (const float nothing :
+       {kNothing, -1.0f, std::nanf("")}) {  // a cleared buffer may hold anything that is no distance
     const Host host(kWidth, kHeight, std::vector<float>(kWidth * kHeight, nothing), 7.0f);
     renderer->render(scene.camera, 0.0, host.scene());
     CHECK(renderer->read_hdr() == alone);
@@ -88,7 +91,8 @@ TEST_CASE("a host that has drawn nothing changes nothing") {
   CHECK(renderer->read_hdr() == alone);
 }
 
-// With a host every tile of the image is composed by the kernel that knows of everything, without one by that of its kind.
+// With a host every tile of the image is composed by the kernel that knows of everything, without one by that of its
+// kind.
 TEST_CASE("a tile of sky, with clouds or none, is composed as one that may show anything") {
   Scene scene = cloudy();
   scene.clouds->coverage = 0.3f;  // clear tiles too
@@ -111,7 +115,8 @@ TEST_CASE("a tile of sky, with clouds or none, is composed as one that may show 
       const std::vector<float> mixed = renderer->read_layers();
       float worst = 0.0f, clearest = 0.0f, densest = 1.0f;
       for (std::size_t i = 0; i < layers.size(); ++i)
-        if (i % 5 < 4) worst = std::max(worst, std::abs(layers[i] - mixed[i]));  // clear tiles are 1, not a weighted sum of ones
+        if (i % 5 < 4)
+          worst = std::max(worst, std::abs(layers[i] - mixed[i]));  // clear tiles are 1, not a weighted sum of ones
       for (std::size_t i = 3; i < layers.size(); i += 5) {
         clearest = std::max(clearest, layers[i]);
         densest = std::min(densest, layers[i]);
@@ -133,7 +138,8 @@ TEST_CASE("a wall hides clouds, sky and ground, and the air takes its share of i
     const Host near_wall(kWidth, kHeight, std::vector<float>(kWidth * kHeight, 0.5f), 0.3f);
     renderer->render(scene.camera, 0.0, near_wall.scene());
     const std::vector<float> near_hdr = renderer->read_hdr();
-    for (std::size_t i = 0; i < near_hdr.size(); i += 4) REQUIRE(near_hdr[i + 1] == doctest::Approx(0.3f).epsilon(1e-3));
+    for (std::size_t i = 0; i < near_hdr.size(); i += 4)
+      REQUIRE(near_hdr[i + 1] == doctest::Approx(0.3f).epsilon(1e-3));
     // 15 km of air dim a bright wall, blue more than red, and veil a black one, more in blue than in red.
     scene.clouds->coverage = 0.0f;
     const auto clear = make_renderer(scene);
@@ -143,7 +149,8 @@ TEST_CASE("a wall hides clouds, sky and ground, and the air takes its share of i
     clear->render(scene.camera, 0.0, Host(kWidth, kHeight, far_m, 0.0f).scene());
     const std::vector<float> dark = clear->read_hdr();
     const std::size_t middle = 4 * (kWidth * kHeight / 2 + kWidth / 2);
-    const glm::vec3 through(bright[middle] - dark[middle], bright[middle + 1] - dark[middle + 1], bright[middle + 2] - dark[middle + 2]);
+    const glm::vec3 through(bright[middle] - dark[middle], bright[middle + 1] - dark[middle + 1],
+                            bright[middle + 2] - dark[middle + 2]);
     if (air) {
       CHECK(through.x < 0.97f);
       CHECK(through.z < through.x);
@@ -178,14 +185,15 @@ TEST_CASE("a coarse cloud layer keeps the host's edges sharp") {
     for (std::uint32_t y = 0; y < kHeight; ++y)
       for (std::uint32_t x = 0; x < kWidth; ++x) {
         const std::size_t t = 5 * (y * kWidth + x) + 3;
-        if (x < 31) bled = std::max(bled, 1.0 - cut[t]);
+        if (x < 31)
+          bled = std::max(bled, 1.0 - cut[t]);
         else {
           lost += std::abs(cut[t] - open[t]);
           opacity += 1.0 - open[t];
         }
       }
-    CHECK(opacity > 100.0);       // of some 1 200 pixels
-    CHECK(bled < 0.02);           // no cloud before the wall
+    CHECK(opacity > 100.0);        // of some 1 200 pixels
+    CHECK(bled < 0.02);            // no cloud before the wall
     CHECK(lost < 0.02 * opacity);  // none eaten beside it
   }
 }

@@ -1,5 +1,5 @@
-// The sky as a flight meets it: the same far from the origin, after any path, with or without culling, and at the places
-// where grids and projections are degenerate. Whole frames through the public interface.
+// The sky as a flight meets it: the same far from the origin, after any path, with or without culling, and at the
+// places where grids and projections are degenerate. Whole frames through the public interface.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -59,7 +59,8 @@ bool same_bits(const Frame& a, const Frame& b) {
 
 int largest_step(const Frame& a, const Frame& b) {
   int largest = 0;
-  for (std::size_t i = 0; i < a.display.size(); ++i) largest = std::max(largest, std::abs(int(a.display[i]) - int(b.display[i])));
+  for (std::size_t i = 0; i < a.display.size(); ++i)
+    largest = std::max(largest, std::abs(int(a.display[i]) - int(b.display[i])));
   return largest;
 }
 
@@ -136,7 +137,9 @@ TEST_CASE("a frame after an hour's flight is the frame rendered fresh there") {
     const CameraState end = camera_at({720000.0, -31000.0, 3200.0}, 2.0, -0.1);
     for (int stop = 0; stop < 8; ++stop) {
       const double way = stop / 8.0;
-      flown->render(camera_at(end.position_m * way + glm::dvec3(0, 0, 2.0 + 900.0 * (stop % 3)), 0.8 * stop, 0.3 - 0.2 * stop), 3600.0 * way);
+      flown->render(
+          camera_at(end.position_m * way + glm::dvec3(0, 0, 2.0 + 900.0 * (stop % 3)), 0.8 * stop, 0.3 - 0.2 * stop),
+          3600.0 * way);
     }
     const Frame arrived = frame_of(*flown, end, 3600.0);
     const auto fresh = make_renderer(scene, settings);
@@ -168,14 +171,16 @@ TEST_CASE("culling changes no bit of the picture") {
   std::uint64_t spared = 0;
   for (int view = 0; view < cameras; ++view) {
     CAPTURE(view);
-    CameraState camera = camera_at({1e5 * unit(random), 1e5 * unit(random), 1500.0 + 1499.0 * unit(random)}, 3.2 * unit(random),
-                                   1.5 * std::pow(unit(random), 3));
+    CameraState camera = camera_at({1e5 * unit(random), 1e5 * unit(random), 1500.0 + 1499.0 * unit(random)},
+                                   3.2 * unit(random), 1.5 * std::pow(unit(random), 3));
     if (view % 10 == 0) camera.position_m.z = 10000.0 + 6000.0 * unit(random);
     camera.roll_rad = 3.2 * unit(random);
     camera.vertical_fov_rad = 0.9 + 0.8 * unit(random);
     const Frame a = frame_of(*culled, camera, 1000.0 * view), b = frame_of(*whole, camera, 1000.0 * view);
-    if (largest == 0.0) CHECK(same_bits(a, b));
-    else CHECK(largest_difference(a, b) <= largest);
+    if (largest == 0.0)
+      CHECK(same_bits(a, b));
+    else
+      CHECK(largest_difference(a, b) <= largest);
     with_clouds += clouds_show(a);
     spared += whole->stats().particles_visible - culled->stats().particles_visible;
   }
@@ -202,9 +207,15 @@ TEST_CASE("degenerate places and settings give well-formed frames") {
       {.name = "overcast", .camera = camera_at({0.0, 0.0, 500.0}, 0.0, 0.3), .coverage = 1.0f},
       {.name = "1 m thick", .camera = camera_at({0.0, 0.0, 500.0}, 0.0, 0.1), .thickness_m = 1.0f, .clouds = false},
       {.name = "15 km thick", .camera = camera_at({0.0, 0.0, 500.0}, 0.0, 0.3), .thickness_m = 15000.0f},
-      {.name = "a view distance below a cell", .camera = camera_at({0.0, 0.0, 1500.0}, 0.0, 0.1), .view_distance_m = 50.0f, .clouds = false},
+      {.name = "a view distance below a cell",
+       .camera = camera_at({0.0, 0.0, 1500.0}, 0.0, 0.1),
+       .view_distance_m = 50.0f,
+       .clouds = false},
       {.name = "in the middle of the layer", .camera = camera_at({500.0, 0.0, 1500.0}, 0.0, 0.1), .coverage = 1.0f},
-      {.name = "from 200 km", .camera = camera_at({0.0, 0.0, 200000.0}, 0.0, -1.2), .view_distance_m = 200000.0f, .clouds = false},
+      {.name = "from 200 km",
+       .camera = camera_at({0.0, 0.0, 200000.0}, 0.0, -1.2),
+       .view_distance_m = 200000.0f,
+       .clouds = false},
   };
   for (const Case& c : cases) {
     CAPTURE(std::string(c.name));

@@ -31,7 +31,8 @@ Lists build(const LightScene& scene, std::uint32_t pair_capacity) {
   FrameExecutor(test_device()).run(frame);
   Lists lists;
   lists.counters = scene.read_counters();
-  for (const shared::PackedOccluder& packed : built.occluders.read_vector<shared::PackedOccluder>(scene.particles_value.size()))
+  for (const shared::PackedOccluder& packed :
+       built.occluders.read_vector<shared::PackedOccluder>(scene.particles_value.size()))
     lists.occluders.push_back(shared::unpack_occluder(packed));
   lists.ranges = built.ranges.read_vector<glm::uvec2>(shared::kLightTiles * shared::kLightTiles);
   lists.list = built.list.read_vector<std::uint32_t>(lists.counters.tile_pair_count);

@@ -59,7 +59,8 @@ TrueLight true_light(const LightScene& scene, std::uint32_t index) {
     const double t = std::clamp(2.0 * apart - 1.0, 0.0, 1.0), weight = i == index ? 0.0 : 1.0 - t * t * (3.0 - 2.0 * t);
     const double sunward = true_depth(other, center, scene.sun(), kNobody);
     truth.near += enclosure * weight * sunward;
-    truth.behind += enclosure * weight * (true_depth(other, center - 1e5 * scene.sun(), scene.sun(), kNobody) - sunward);
+    truth.behind +=
+        enclosure * weight * (true_depth(other, center - 1e5 * scene.sun(), scene.sun(), kNobody) - sunward);
   }
   truth.near = std::min(truth.near, truth.tau);
   return truth;
@@ -91,14 +92,16 @@ TEST_CASE("occlusion equals brute force over all particles") {
     CAPTURE(setup.range_m);
     const LightScene scene = crowd(setup.count, setup.count, setup.range_m, setup.azimuth_deg, setup.elevation_deg);
     const std::vector<ParticleLight> lights = light(scene);
-    double worst = 0.0, worst_around = 0.0, worst_openness = 0.0, openness = 0.0, behind = 0.0, mean = 0.0, depth = 0.0, worst_gradient = 0.0;
+    double worst = 0.0, worst_around = 0.0, worst_openness = 0.0, openness = 0.0, behind = 0.0, mean = 0.0, depth = 0.0,
+           worst_gradient = 0.0;
     for (std::uint32_t i = 0; i < setup.count; ++i) {
       const TrueLight truth = true_light(scene, i);
       const float radius = std::min({scene.particles_value[i].radius_m.x, scene.particles_value[i].radius_m.y,
                                      scene.particles_value[i].radius_m.z});
       const double error = std::abs(lights[i].tau_sun - truth.tau);
       worst = std::max(worst, error);
-      worst_around = std::max({worst_around, std::abs(lights[i].tau_near - truth.near), std::abs(lights[i].tau_behind - truth.behind)});
+      worst_around = std::max(
+          {worst_around, std::abs(lights[i].tau_near - truth.near), std::abs(lights[i].tau_behind - truth.behind)});
       behind += truth.behind / setup.count;
       openness += glm::length(truth.openness) / setup.count;
       worst_openness = std::max(worst_openness, glm::length(dvec3(lights[i].openness) - truth.openness));

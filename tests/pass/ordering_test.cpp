@@ -1,5 +1,6 @@
-// What the raster backends ask the driver for, so that a pixel's particles blend in order. Lavapipe orders without being asked
-// and has no interlock, so no picture tells a forgotten flag: the calls and the shader's code are looked at instead.
+// What the raster backends ask the driver for, so that a pixel's particles blend in order. Lavapipe orders without
+// being asked and has no interlock, so no picture tells a forgotten flag: the calls and the shader's code are looked at
+// instead.
 #include <dlfcn.h>
 #include <doctest/doctest.h>
 
@@ -25,7 +26,8 @@ struct CreatedPipeline {
 std::map<VkRenderPass, CreatedPass> created_passes;
 std::vector<CreatedPipeline> created_pipelines;
 
-std::vector<std::pair<std::uint32_t, VkImageLayout>> references(const VkAttachmentReference* list, std::uint32_t count) {
+std::vector<std::pair<std::uint32_t, VkImageLayout>> references(const VkAttachmentReference* list,
+                                                                std::uint32_t count) {
   std::vector<std::pair<std::uint32_t, VkImageLayout>> copy;
   for (std::uint32_t i = 0; i < count; ++i) copy.emplace_back(list[i].attachment, list[i].layout);
   return copy;
@@ -37,7 +39,8 @@ std::vector<CreatedPipeline> pipelines_of(Backend backend) {
   return created_pipelines;
 }
 
-constexpr std::uint32_t kOpExecutionMode = 16, kOpImageRead = 98, kOpImageWrite = 99, kOpBeginInterlock = 5364, kOpEndInterlock = 5365;
+constexpr std::uint32_t kOpExecutionMode = 16, kOpImageRead = 98, kOpImageWrite = 99, kOpBeginInterlock = 5364,
+                        kOpEndInterlock = 5365;
 constexpr std::uint32_t kPixelInterlockOrdered = 5366;
 
 struct Instruction {
@@ -57,26 +60,34 @@ std::vector<Instruction> instructions(const ShaderCode& code) {
 
 // The program's own definitions come before the loader's and pass calls on to it.
 extern "C" VKAPI_ATTR VkResult VKAPI_CALL vkCreateRenderPass(VkDevice device, const VkRenderPassCreateInfo* info,
-                                                             const VkAllocationCallbacks* allocator, VkRenderPass* pass) {
-  const VkResult result = reinterpret_cast<PFN_vkCreateRenderPass>(dlsym(RTLD_NEXT, "vkCreateRenderPass"))(device, info, allocator, pass);
+                                                             const VkAllocationCallbacks* allocator,
+                                                             VkRenderPass* pass) {
+  const VkResult result =
+      reinterpret_cast<PFN_vkCreateRenderPass>(dlsym(RTLD_NEXT, "vkCreateRenderPass"))(device, info, allocator, pass);
   const VkSubpassDescription& subpass = info->pSubpasses[0];
   created_passes[*pass] = {subpass.flags, references(subpass.pColorAttachments, subpass.colorAttachmentCount),
                            references(subpass.pInputAttachments, subpass.inputAttachmentCount)};
   return result;
 }
 
-extern "C" VKAPI_ATTR VkResult VKAPI_CALL vkCreateGraphicsPipelines(VkDevice device, VkPipelineCache cache, std::uint32_t count,
+extern "C" VKAPI_ATTR VkResult VKAPI_CALL vkCreateGraphicsPipelines(VkDevice device, VkPipelineCache cache,
+                                                                    std::uint32_t count,
                                                                     const VkGraphicsPipelineCreateInfo* infos,
-                                                                    const VkAllocationCallbacks* allocator, VkPipeline* pipelines) {
+                                                                    const VkAllocationCallbacks* allocator,
+                                                                    VkPipeline* pipelines) {
   for (std::uint32_t i = 0; i < count; ++i) {
     const VkPipelineColorBlendStateCreateInfo& blend = *infos[i].pColorBlendState;
-    const bool blends = std::any_of(blend.pAttachments, blend.pAttachments + blend.attachmentCount, [](const auto& a) { return a.blendEnable; });
+    const bool blends = std::any_of(blend.pAttachments, blend.pAttachments + blend.attachmentCount,
+                                    [](const auto& a) { return a.blendEnable; });
     created_pipelines.push_back({created_passes[infos[i].renderPass], blend.flags, blends});
   }
-  return reinterpret_cast<PFN_vkCreateGraphicsPipelines>(dlsym(RTLD_NEXT, "vkCreateGraphicsPipelines"))(device, cache, count, infos, allocator, pipelines);
+  return reinterpret_cast<PFN_vkCreateGraphicsPipelines>(dlsym(RTLD_NEXT, "vkCreateGraphicsPipelines"))(
+      device, cache, count, infos, allocator, pipelines);
 }
 
-TEST_CASE("attachment: the subpass and every pipeline ask for raster order, and the shader reads the attachments that it writes") {
+TEST_CASE(
+    "attachment: the subpass and every pipeline ask for raster order, and the shader reads the attachments that it "
+    "writes") {
   if (!backend_available(test_device().info(), Backend::attachment)) return;
   const std::vector<CreatedPipeline> pipelines = pipelines_of(Backend::attachment);
   REQUIRE(!pipelines.empty());
@@ -101,7 +112,9 @@ TEST_CASE("alpha: blends in fixed function and asks for nothing") {
 
 TEST_CASE("interlock: the shader locks its pixel in order, and touches the state inside the lock only") {
   const std::vector<Instruction> code = instructions(shaders::cloud_frag_interlock);
-  const auto ordered = [](const Instruction& i) { return i.op == kOpExecutionMode && i.operands.at(1) == kPixelInterlockOrdered; };
+  const auto ordered = [](const Instruction& i) {
+    return i.op == kOpExecutionMode && i.operands.at(1) == kPixelInterlockOrdered;
+  };
   CHECK(std::count_if(code.begin(), code.end(), ordered) == 1);
   int begins = 0, ends = 0, touches = 0;
   for (const Instruction& i : code) {

@@ -14,7 +14,8 @@ using shared::Particle;
 
 namespace {
 
-Layer march(const std::vector<Particle>& particles, std::uint32_t steps, LayerSize size = {}, const std::vector<float>* scene_m = nullptr) {
+Layer march(const std::vector<Particle>& particles, std::uint32_t steps, LayerSize size = {},
+            const std::vector<float>* scene_m = nullptr) {
   const Layer layer = draw_layer(particles, kLevelCamera, Backend::tiled, BlendMode::exact, size, 1, scene_m, steps);
   CHECK(layer.pairs_lost == 0);
   return layer;
@@ -27,7 +28,8 @@ std::vector<Particle> noisy_crowd() {
   std::vector<Particle> particles;
   for (int i = 0; i < 12; ++i) {
     const glm::vec3 center = glm::vec3(0, 500, 0) + 300.0f * (glm::vec3(u(random), u(random), u(random)) - 0.5f);
-    Particle p = emissive(center, glm::vec3(60, 60, 40) + 60.0f * u(random), 0.002f + 0.2f * u(random) * u(random), {u(random), u(random), u(random)});
+    Particle p = emissive(center, glm::vec3(60, 60, 40) + 60.0f * u(random), 0.002f + 0.2f * u(random) * u(random),
+                          {u(random), u(random), u(random)});
     p.flags = shared::kParticleEmissive;
     p.yaw_rad = 6 * u(random);
     p.orientation = shared::pack_orientation(shared::random_rotation(u(random), u(random), u(random)));
@@ -39,9 +41,11 @@ std::vector<Particle> noisy_crowd() {
 
 double extinction_per_m(const Particle& p, const glm::vec3& at_m) {
   const glm::vec3 unit = shared::local_from_render(at_m - p.center_m, p.yaw_rad) / p.radius_m;
-  const double density = shared::reference_particle_density(shared::quaternion_rotate_inverse(shared::unpack_orientation(p.orientation), unit),
-                                                            TableParameters{}.particle_seed);
-  const double above = std::clamp((double(shared::altitude_m(at_m, 1000.0f)) - p.base_m) / 50, 0.0, 1.0);  // thinned over 50 m
+  const double density = shared::reference_particle_density(
+      shared::quaternion_rotate_inverse(shared::unpack_orientation(p.orientation), unit),
+      TableParameters{}.particle_seed);
+  const double above =
+      std::clamp((double(shared::altitude_m(at_m, 1000.0f)) - p.base_m) / 50, 0.0, 1.0);  // thinned over 50 m
   return p.extinction_per_m * density * above * above * (3 - 2 * above);
 }
 
@@ -61,15 +65,18 @@ TEST_CASE("ray march: homogeneous particles are the integral of their chords, wh
   std::uniform_real_distribution<float> u(0, 1);
   std::vector<Particle> crowd;
   for (int i = 0; i < 60; ++i)
-    crowd.push_back(emissive(glm::vec3(0, 450, 0) + 300.0f * (glm::vec3(u(random), u(random), u(random)) - 0.5f), glm::vec3(20 + 60 * u(random)),
-                             std::exp2(-12 + 9 * u(random)), {u(random), u(random), u(random)}));
+    crowd.push_back(emissive(glm::vec3(0, 450, 0) + 300.0f * (glm::vec3(u(random), u(random), u(random)) - 0.5f),
+                             glm::vec3(20 + 60 * u(random)), std::exp2(-12 + 9 * u(random)),
+                             {u(random), u(random), u(random)}));
   std::vector<Particle> shells;  // more at one place than the march keeps open
-  for (int i = 0; i < 40; ++i) shells.push_back(emissive({0, 300, 0}, glm::vec3(100.0f - float(i)), 1e-3f, {1, 0.5f, 0}));
+  for (int i = 0; i < 40; ++i)
+    shells.push_back(emissive({0, 300, 0}, glm::vec3(100.0f - float(i)), 1e-3f, {1, 0.5f, 0}));
   for (const std::vector<Particle>& particles : {crowd, shells}) {
-    // The crowd's opacity stops at a transmittance of 1e-4, and float distances of some hundred metres are good to 3e-5 m.
-    // Shells past the slots begin between two steps: each is counted within a step of a 64th of its radius.
+    // The crowd's opacity stops at a transmittance of 1e-4, and float distances of some hundred metres are good to 3e-5
+    // m. Shells past the slots begin between two steps: each is counted within a step of a 64th of its radius.
     const bool crowded = particles.size() == 40;
-    const LayerError error = layer_error(march(particles, crowded ? 1024 : 16), oracle_layer(particles, kLevelCamera), crowded ? 5e-3 : 5e-4);
+    const LayerError error = layer_error(march(particles, crowded ? 1024 : 16), oracle_layer(particles, kLevelCamera),
+                                         crowded ? 5e-3 : 5e-4);
     CAPTURE(error.worst);
     CHECK(error.failing <= 0.002);  // pixels where a border falls between the rays of float and double
   }
@@ -80,7 +87,8 @@ TEST_CASE("ray march: transmittance converges to quadrature of the particles' ow
   const std::vector<Particle> particles = noisy_crowd();
   std::vector<double> truth;
   for (std::uint32_t y = 0; y < size.height; ++y)
-    for (std::uint32_t x = 0; x < size.width; ++x) truth.push_back(transmittance(particles, pixel_ray(kLevelCamera, size, x, y)));
+    for (std::uint32_t x = 0; x < size.width; ++x)
+      truth.push_back(transmittance(particles, pixel_ray(kLevelCamera, size, x, y)));
   CHECK(std::count_if(truth.begin(), truth.end(), [](double t) { return t > 0.05 && t < 0.95; }) > 200);
   CHECK(std::count_if(truth.begin(), truth.end(), [](double t) { return t < 0.05; }) > 50);
 

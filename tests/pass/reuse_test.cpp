@@ -114,8 +114,9 @@ TEST_CASE("a layer that is not kept at full size changes no pixel of the frame")
     Scene scene = windy_sky({0.0, 0.0});
     if (!air) scene.atmosphere.enabled = false;
     const auto render = [&](bool full_layer) {
-      auto renderer = Renderer::create(test_device(), test_tables(), scene,
-                                       {.width = kWidth, .height = kHeight, .quality = Quality::low, .scale = 2, .full_layer = full_layer});
+      auto renderer = Renderer::create(
+          test_device(), test_tables(), scene,
+          {.width = kWidth, .height = kHeight, .quality = Quality::low, .scale = 2, .full_layer = full_layer});
       REQUIRE(renderer);
       CameraState camera;
       camera.position_m.z = 1300.0;

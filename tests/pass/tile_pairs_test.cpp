@@ -34,13 +34,15 @@ std::vector<Item> any_items(std::uint32_t count, std::uint32_t seed) {
   std::vector<Item> items;
   for (std::uint32_t i = 0; i < count; ++i) {
     const glm::uvec2 low(random() % kColumns, random() % kRows);
-    items.push_back({low, low + glm::uvec2(random() % (kColumns - low.x + 1), random() % (kRows - low.y + 1))});  // some cover nothing
+    items.push_back({low, low + glm::uvec2(random() % (kColumns - low.x + 1),
+                                           random() % (kRows - low.y + 1))});  // some cover nothing
   }
   return items;
 }
 
 // Item i stands at place count - 1 - i of the order.
-Built build(const std::vector<Item>& items, std::uint32_t pair_capacity, std::uint32_t columns = kColumns, std::uint32_t rows = kRows) {
+Built build(const std::vector<Item>& items, std::uint32_t pair_capacity, std::uint32_t columns = kColumns,
+            std::uint32_t rows = kRows) {
   Device& device = test_device();
   const std::uint32_t count = static_cast<std::uint32_t>(items.size());
   std::vector<glm::uvec2> rectangle_values;
@@ -49,16 +51,18 @@ Built build(const std::vector<Item>& items, std::uint32_t pair_capacity, std::ui
     rectangle_values.push_back(shared::tile_rectangle(items[i].low, items[i].past));
     order_values.push_back(count - 1 - i);
   }
-  Buffer rectangles(device, "rectangles", count * sizeof(glm::uvec2)), order(device, "order", count * 4), counters(device, "counters", sizeof(Counters));
+  Buffer rectangles(device, "rectangles", count * sizeof(glm::uvec2)), order(device, "order", count * 4),
+      counters(device, "counters", sizeof(Counters));
   rectangles.write_vector(rectangle_values);
   order.write_vector(order_values);
   counters.write_vector(std::vector{Counters{count, 0, 0, {(count + 63) / 64, 1, 1}, {}}});
   TilePairs pairs(device, "test_tile", count, pair_capacity, columns, rows);
   FrameBuilder frame(device);
-  const TileLists lists = pairs.add(frame, "tile_pairs", counters,
-                                    {offsetof(Counters, item_count), offsetof(Counters, item_groups), offsetof(Counters, demand),
-                                     offsetof(Counters, pair_count), offsetof(Counters, pair_groups)},
-                                    order, rectangles);
+  const TileLists lists =
+      pairs.add(frame, "tile_pairs", counters,
+                {offsetof(Counters, item_count), offsetof(Counters, item_groups), offsetof(Counters, demand),
+                 offsetof(Counters, pair_count), offsetof(Counters, pair_groups)},
+                order, rectangles);
   FrameExecutor(device).run(frame);
   Built built{counters.read_vector<Counters>(1)[0], {}};
   const auto list = lists.list.read_vector<std::uint32_t>(built.counters.pair_count);
@@ -70,8 +74,8 @@ Built build(const std::vector<Item>& items, std::uint32_t pair_capacity, std::ui
 }
 
 // The same on the CPU: the first pair_capacity pairs, item by item in the order, row by row.
-std::vector<std::vector<std::uint32_t>> expected(const std::vector<Item>& items, std::uint32_t pair_capacity, std::uint32_t columns = kColumns,
-                                                 std::uint32_t rows = kRows) {
+std::vector<std::vector<std::uint32_t>> expected(const std::vector<Item>& items, std::uint32_t pair_capacity,
+                                                 std::uint32_t columns = kColumns, std::uint32_t rows = kRows) {
   std::vector<std::vector<std::uint32_t>> lists(columns * rows);
   std::uint32_t pairs = 0;
   for (std::uint32_t item = static_cast<std::uint32_t>(items.size()); item-- > 0;)
@@ -116,11 +120,12 @@ TEST_CASE("an item may cover every tile of a large image") {
 TEST_CASE("nothing is written past the room for pairs") {
   Device& device = test_device();
   struct Push {
-    std::uint32_t item_count_at, pair_demand_at, pair_count_at, pair_groups_at, item_capacity, pair_capacity, tile_columns;
+    std::uint32_t item_count_at, pair_demand_at, pair_count_at, pair_groups_at, item_capacity, pair_capacity,
+        tile_columns;
   };
   constexpr std::uint32_t kUntouched = 0xABCDu, kCapacity = 20;
-  Buffer counters(device, "counters", 4), order(device, "order", 8), rectangles(device, "rectangles", 16), places(device, "places", 8),
-      keys(device, "keys", 256), values(device, "values", 256);
+  Buffer counters(device, "counters", 4), order(device, "order", 8), rectangles(device, "rectangles", 16),
+      places(device, "places", 8), keys(device, "keys", 256), values(device, "values", 256);
   counters.write_vector(std::vector<std::uint32_t>{2});
   order.write_vector(std::vector<std::uint32_t>{0, 1});
   rectangles.write_vector(std::vector{shared::tile_rectangle({0, 0}, {4, 4}), shared::tile_rectangle({1, 1}, {5, 5})});
@@ -131,8 +136,12 @@ TEST_CASE("nothing is written past the room for pairs") {
   FrameBuilder frame(device);
   frame.compute({.name = "emit",
                  .kernel = &emit,
-                 .bindings = {{0, counters, Access::storage_read}, {1, order, Access::words}, {2, rectangles, Access::words},
-                              {3, places, Access::words}, {4, keys, Access::storage_write}, {5, values, Access::storage_write}},
+                 .bindings = {{0, counters, Access::storage_read},
+                              {1, order, Access::words},
+                              {2, rectangles, Access::words},
+                              {3, places, Access::words},
+                              {4, keys, Access::storage_write},
+                              {5, values, Access::storage_write}},
                  .push = as_push(Push{0, 0, 0, 0, 2, kCapacity, kColumns}),
                  .groups = {1, 1, 1}});
   FrameExecutor(device).run(frame);

@@ -78,7 +78,7 @@ TEST_CASE("drawing order is back to front by true distance, equal distances by s
 }
 
 TEST_CASE("drawing order at the ends of the range: at the eye, and across the planet") {
-  const std::vector<Particle> particles = {at({0, 0, 0}),   at({1e30f, 0, 0}),  at({0, 0, 0.5f}),
+  const std::vector<Particle> particles = {at({0, 0, 0}),    at({1e30f, 0, 0}),  at({0, 0, 0.5f}),
                                            at({0, 3e7f, 0}), at({0, 1e-30f, 0}), at({6.4e6f, 0, 0})};
   CHECK(draw_order(particles, {0, 1, 2, 3, 4, 5}) == std::vector<std::uint32_t>{1, 3, 5, 2, 0, 4});
 }

@@ -1,5 +1,5 @@
-// The weather map through the passes: particles where it wants them, on the ground it was drawn for, whatever the origin,
-// the path and the wind.
+// The weather map through the passes: particles where it wants them, on the ground it was drawn for, whatever the
+// origin, the path and the wind.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -39,7 +39,8 @@ Scene mapped_scene(const WeatherMap& map) {
 }
 
 std::unique_ptr<Renderer> make_renderer(const Scene& scene) {
-  auto renderer = Renderer::create(test_device(), test_tables(), scene, {.width = 64, .height = 36, .quality = Quality::low});
+  auto renderer =
+      Renderer::create(test_device(), test_tables(), scene, {.width = 64, .height = 36, .quality = Quality::low});
   REQUIRE(renderer);
   return std::move(*renderer);
 }
@@ -70,7 +71,8 @@ TEST_CASE("particles follow the map: none where it is clear, all where it is clo
   constants.ring_count = 2;
   constants.view_distance_m = 18000.0f;
   const WeatherMap map = three_bands();
-  const shared::WeatherPlacement placement = shared::weather_placement({map.width, map.height}, map.origin_m, map.extent_m, glm::dvec2(0.0));
+  const shared::WeatherPlacement placement =
+      shared::weather_placement({map.width, map.height}, map.origin_m, map.extent_m, glm::dvec2(0.0));
   CloudParticles pass(test_device(), constants, {}, 0, &map);
   Buffer buffer(test_device(), "frame_constants", sizeof(FrameConstants));
   std::vector<double> looked(3), occupied(3), expected(3);
@@ -97,12 +99,15 @@ TEST_CASE("particles follow the map: none where it is clear, all where it is clo
       if (band == 3) continue;
       looked[band] += 1;
       occupied[band] += first[i + 1] > first[i];
-      if (i % 7 == 0) expected[band] += 7.0 * static_cast<double>(shared::covered_share(shared::cell_cloud(constants, params, cell).core));
+      if (i % 7 == 0)
+        expected[band] +=
+            7.0 * static_cast<double>(shared::covered_share(shared::cell_cloud(constants, params, cell).core));
     }
   }
   for (std::size_t band = 0; band < 3; ++band) {
     CAPTURE(band);
-    MESSAGE("cells ", looked[band], ", occupied ", occupied[band] / looked[band], ", covered ", expected[band] / looked[band]);
+    MESSAGE("cells ", looked[band], ", occupied ", occupied[band] / looked[band], ", covered ",
+            expected[band] / looked[band]);
     REQUIRE(looked[band] > 4000);
   }
   CHECK(occupied[0] == 0.0);
@@ -125,7 +130,8 @@ TEST_CASE("the map stays over its ground while the clouds drift") {
     CAPTURE(time_s);
     renderer->render(camera_at({0.0, 0.0, 3000.0}), time_s);
     double west = 0, east = 0;
-    for (const shared::Particle& p : renderer->read_particles()) (p.center_m.x < 0.0f ? west : east) += p.center_m.x < -4000.0f || p.center_m.x > 4000.0f;
+    for (const shared::Particle& p : renderer->read_particles())
+      (p.center_m.x < 0.0f ? west : east) += p.center_m.x < -4000.0f || p.center_m.x > 4000.0f;
     CHECK(west == 0.0);
     CHECK(east > 1000.0);
   }
@@ -144,7 +150,8 @@ TEST_CASE("with a map, too, the picture 10 000 km out is the one at home, and a 
     away.clouds->weather_map->origin_m += shift_m;
     const Frame b = frame_of(*make_renderer(away), camera_at(position_m + glm::dvec3(shift_m, 0.0)), 3600.0);
     int largest = 0;
-    for (std::size_t i = 0; i < a.display.size(); ++i) largest = std::max(largest, std::abs(int(a.display[i]) - int(b.display[i])));
+    for (std::size_t i = 0; i < a.display.size(); ++i)
+      largest = std::max(largest, std::abs(int(a.display[i]) - int(b.display[i])));
     CHECK(largest <= 1);  // of 255
   }
   here->render(camera_at({90000.0, -31000.0, 3200.0}), 1000.0);

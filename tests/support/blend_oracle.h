@@ -42,8 +42,10 @@ inline OracleRay integrate(std::span<const OracleSegment> segments) {
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.at_m < b.at_m; });
   std::vector<std::size_t> open;  // summed anew for every interval: sums kept up to date would cancel
   for (std::size_t e = 0; e + 1 < events.size(); ++e) {
-    if (events[e].begins) open.push_back(events[e].segment);
-    else std::erase(open, events[e].segment);
+    if (events[e].begins)
+      open.push_back(events[e].segment);
+    else
+      std::erase(open, events[e].segment);
     const double length_m = events[e + 1].at_m - events[e].at_m;
     if (length_m <= 0) continue;
     double extinction = 0;

@@ -67,9 +67,10 @@ inline std::vector<std::uint32_t> draw_order(const std::vector<shared::Particle>
   for (const shared::Particle& p : particles) {
     const float center_m = glm::length(p.center_m);
     const glm::vec3 towards = p.center_m / std::max(center_m, 1e-6f);
-    distance_m.push_back(blend == BlendMode::exact
-                             ? shared::near_bound_m(p.center_m, glm::length(shared::local_from_render(towards, p.yaw_rad) * p.radius_m))
-                             : center_m);
+    distance_m.push_back(
+        blend == BlendMode::exact
+            ? shared::near_bound_m(p.center_m, glm::length(shared::local_from_render(towards, p.yaw_rad) * p.radius_m))
+            : center_m);
   }
   std::vector<std::uint32_t> order(particles.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -86,8 +87,9 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
   const std::uint32_t count = static_cast<std::uint32_t>(particles.size());
   const std::uint32_t room = std::max(1u, count);
   Buffer constants(device, "constants", sizeof(shared::FrameConstants)),
-      particle_buffer(device, "particles", VkDeviceSize{room} * sizeof(shared::Particle)), visible(device, "visible", VkDeviceSize{room} * 4),
-      order(device, "order", VkDeviceSize{room} * 4), lights(device, "lights", VkDeviceSize{room} * sizeof(shared::ParticleLight)),
+      particle_buffer(device, "particles", VkDeviceSize{room} * sizeof(shared::Particle)),
+      visible(device, "visible", VkDeviceSize{room} * 4), order(device, "order", VkDeviceSize{room} * 4),
+      lights(device, "lights", VkDeviceSize{room} * sizeof(shared::ParticleLight)),
       counters(device, "counters", sizeof(shared::FrameCounters));
   Image sky(device, "sky", {VK_FORMAT_R32G32B32A32_SFLOAT, 1, 1});
   shared::FrameConstants values = layer_constants(camera, size);
@@ -136,14 +138,15 @@ inline glm::dvec3 pixel_ray(const CameraState& camera, LayerSize size, std::uint
   return glm::normalize(glm::dvec3(glm::dmat4(matrices.render_from_clip) * ndc));
 }
 
-inline Layer oracle_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, LayerSize size = {},
-                          const std::vector<float>* scene_m = nullptr) {
+inline Layer oracle_layer(const std::vector<shared::Particle>& particles, const CameraState& camera,
+                          LayerSize size = {}, const std::vector<float>* scene_m = nullptr) {
   Layer truth;
   for (std::uint32_t y = 0; y < size.height; ++y)
     for (std::uint32_t x = 0; x < size.width; ++x) {
       std::vector<OracleSegment> segments = chords(particles, pixel_ray(camera, size, x, y));
       if (scene_m)
-        for (OracleSegment& segment : segments) segment.far_m = std::min(segment.far_m, double((*scene_m)[y * size.width + x]));
+        for (OracleSegment& segment : segments)
+          segment.far_m = std::min(segment.far_m, double((*scene_m)[y * size.width + x]));
       const OracleRay ray = integrate(segments);
       truth.color.push_back(glm::vec4(ray.color));
       truth.depth.push_back(static_cast<float>(ray.first_m));
@@ -154,7 +157,7 @@ inline Layer oracle_layer(const std::vector<shared::Particle>& particles, const 
 struct LayerError {
   double failing = 0;  // fraction of pixels off by more than the tolerance in any channel
   double worst = 0;
-  double rmse = 0;     // over all channels
+  double rmse = 0;  // over all channels
 };
 
 inline LayerError layer_error(const Layer& a, const Layer& b, double tolerance) {

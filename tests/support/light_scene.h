@@ -68,7 +68,8 @@ struct UnitSpace {
     c = std::cos(double(particle.yaw_rad));
     const double r = 6360000.0;
     const double altitude = std::sqrt(center.x * center.x + center.y * center.y +
-                                      (center.z + camera_altitude_m + r) * (center.z + camera_altitude_m + r)) - r;
+                                      (center.z + camera_altitude_m + r) * (center.z + camera_altitude_m + r)) -
+                            r;
     base = double(particle.base_m) - altitude;  // over the centre
   }
   dvec3 direction(dvec3 v) const { return dvec3(c * v.x - s * v.y, s * v.x + c * v.y, v.z) / radius; }
@@ -92,9 +93,12 @@ inline double depth_through(const Particle& particle, dvec3 point, dvec3 sun, do
   if (discriminant <= 0.0) return 0.0;
   double from = std::max(0.0, (-b - std::sqrt(discriminant)) / a), to = (-b + std::sqrt(discriminant)) / a;
   const double height = point.z - space.center.z - space.base;
-  if (sun.z > 1e-9) from = std::max(from, -height / sun.z);
-  else if (sun.z < -1e-9) to = std::min(to, -height / sun.z);
-  else if (height < 0.0) return 0.0;
+  if (sun.z > 1e-9)
+    from = std::max(from, -height / sun.z);
+  else if (sun.z < -1e-9)
+    to = std::min(to, -height / sun.z);
+  else if (height < 0.0)
+    return 0.0;
   if (from >= to) return 0.0;
   // The profile is a polynomial of degree 4 along the chord: three Gauss points are exact.
   double sum = 0.0;

@@ -25,8 +25,11 @@ struct SkyView {
 
 inline CameraState sky_camera(const SkyView& view) {
   const double rad = M_PI / 180;
-  return {.position_m = {1000, 2000, view.altitude_m}, .yaw_rad = view.yaw_deg * rad, .pitch_rad = view.pitch_deg * rad,
-          .roll_rad = 0, .vertical_fov_rad = view.fov_deg * rad};
+  return {.position_m = {1000, 2000, view.altitude_m},
+          .yaw_rad = view.yaw_deg * rad,
+          .pitch_rad = view.pitch_deg * rad,
+          .roll_rad = 0,
+          .vertical_fov_rad = view.fov_deg * rad};
 }
 
 inline shared::FrameConstants sky_constants(const SkyView& view) {
@@ -79,7 +82,8 @@ class SkyFrame {
     const Image display(device_, "display", {VK_FORMAT_R8G8B8A8_UNORM, width, height});
     Image color, depth;
     const Image no_host(device_, "no_host", {VK_FORMAT_R32_SFLOAT});
-    CompositeInputs inputs{.frame_constants = &buffer, .host_distance = &no_host, .host_radiance = &no_host, .cloud_shadow = shadow};
+    CompositeInputs inputs{
+        .frame_constants = &buffer, .host_distance = &no_host, .host_radiance = &no_host, .cloud_shadow = shadow};
     if (clouds) {
       color = Image(device_, "cloud_color", {VK_FORMAT_R32G32B32A32_SFLOAT, width, height});
       depth = Image(device_, "cloud_depth", {VK_FORMAT_R32_SFLOAT, width, height});
@@ -90,7 +94,9 @@ class SkyFrame {
     }
     FrameBuilder frame(device_);
     if (constants.atmosphere_enabled)
-      inputs.atmosphere = &atmosphere_.add(frame, constants, buffer, {.ground_albedo = constants.ground_albedo, .aerial_perspective = clouds != nullptr});
+      inputs.atmosphere =
+          &atmosphere_.add(frame, constants, buffer,
+                           {.ground_albedo = constants.ground_albedo, .aerial_perspective = clouds != nullptr});
     composite_.add(frame, inputs, camera_m, hdr, display);
     executor_.run(frame);
     SkyPicture picture{width, height, std::vector<glm::vec4>(width * height), std::vector<glm::u8vec4>(width * height)};

@@ -24,8 +24,6 @@ Device& test_device() {
   return *device;
 }
 
-void release_test_device() {
-  device_slot().reset();
-}
+void release_test_device() { device_slot().reset(); }
 
 }  // namespace nephele::test

@@ -36,9 +36,7 @@ TEST_CASE("bad input: no command, unknown commands and options") {
   expect_refusal({"bake", "--phase", "mie"}, {"--phase", "mie", "hg"});
 }
 
-TEST_CASE("bad input: nothing to write") {
-  expect_refusal({"render"}, {"--out"});
-}
+TEST_CASE("bad input: nothing to write") { expect_refusal({"render"}, {"--out"}); }
 
 TEST_CASE("bad input: option values out of range name the option, the value and what is accepted") {
   const TempDirectory directory;

@@ -75,9 +75,7 @@ std::vector<std::string> lines_of(const std::string& path) {
   return lines;
 }
 
-double last_number(const std::string& line) {
-  return std::stod(line.substr(line.rfind(',') + 1));
-}
+double last_number(const std::string& line) { return std::stod(line.substr(line.rfind(',') + 1)); }
 
 }  // namespace
 
@@ -149,14 +147,17 @@ TEST_CASE("probe: optical depth of the default tables against quadrature of the 
   std::string text = kHeader + "\n";
   for (const Ray& ray : rays) text += ray_line(ray) + "\n";
   write_file(directory / "in.csv", text);
-  REQUIRE(run_program({"probe", "--table", "optical_depth", "--rays", directory / "in.csv", "--out", directory / "out.csv"}).status == 0);
+  REQUIRE(
+      run_program({"probe", "--table", "optical_depth", "--rays", directory / "in.csv", "--out", directory / "out.csv"})
+          .status == 0);
   const std::vector<std::string> lines = lines_of(directory / "out.csv");
   REQUIRE(lines.size() == rays.size() + 1);
   double error2 = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const double half_chord = -dot(rays[i].entry, rays[i].dir);
     const double mean = std::stod(lines[i + 1].substr(ray_line(rays[i]).size() + 1));
-    const double truth = exact_mean_density(shared::vec3(rays[i].entry), shared::vec3(rays[i].entry + 2 * half_chord * rays[i].dir), seed);
+    const double truth = exact_mean_density(shared::vec3(rays[i].entry),
+                                            shared::vec3(rays[i].entry + 2 * half_chord * rays[i].dir), seed);
     error2 += std::pow(std::exp(-16 * half_chord * mean) - std::exp(-16 * half_chord * truth), 2);
   }
   // 0.0036 over 20 000 rays by the CPU's filter (docs/tables.md); 500 rays and a device's filter may add half of it.

@@ -26,9 +26,7 @@ ProgramResult run_quietly(const std::vector<std::string>& arguments,
 }
 
 // Compared out of doctest's sight, which would print them.
-bool same_bytes(const std::string& path_a, const std::string& path_b) {
-  return read_file(path_a) == read_file(path_b);
-}
+bool same_bytes(const std::string& path_a, const std::string& path_b) { return read_file(path_a) == read_file(path_b); }
 
 std::uintmax_t bytes_under(const std::string& directory) {
   std::uintmax_t bytes = 0;
@@ -70,25 +68,34 @@ TEST_CASE("program: devices names a device and its backend") {
   CHECK(out.find("backend: ") != std::string::npos);
 }
 
-// Lavapipe puts uniform data into code that branches on it, and then compiles the shader for every frame that has other data:
-// what it compiles grows its cache on disk. (Coverage sets capacities, which choose kernels: here it is the same.)
+// Lavapipe puts uniform data into code that branches on it, and then compiles the shader for every frame that has other
+// data: what it compiles grows its cache on disk. (Coverage sets capacities, which choose kernels: here it is the
+// same.)
 TEST_CASE("program: no shader is compiled anew for another camera, sun and weather") {
   const TempDirectory directory;
   const std::string cache = directory / "cache";
   std::filesystem::create_directory(cache);
-  const std::map<std::string, std::string> environment{{"MESA_SHADER_CACHE_DIR", cache}, {"MESA_SHADER_CACHE_DISABLE", "false"}};
-  write_file(directory / "a.json", R"({"camera": {"position_m": [0, 0, 300], "yaw_deg": 10, "pitch_deg": 5}, "sun": {"azimuth_deg": 200, "elevation_deg": 30}})");
-  write_file(directory / "b.json", R"({"camera": {"position_m": [70000, 5000, 9000], "yaw_deg": 250, "pitch_deg": -35, "vertical_fov_deg": 40},
+  const std::map<std::string, std::string> environment{{"MESA_SHADER_CACHE_DIR", cache},
+                                                       {"MESA_SHADER_CACHE_DISABLE", "false"}};
+  write_file(
+      directory / "a.json",
+      R"({"camera": {"position_m": [0, 0, 300], "yaw_deg": 10, "pitch_deg": 5}, "sun": {"azimuth_deg": 200, "elevation_deg": 30}})");
+  write_file(
+      directory / "b.json",
+      R"({"camera": {"position_m": [70000, 5000, 9000], "yaw_deg": 250, "pitch_deg": -35, "vertical_fov_deg": 40},
       "sun": {"azimuth_deg": 20, "elevation_deg": 4, "irradiance": [1.1, 1.2, 1.3]},
       "clouds": {"seed": 9, "base_m": 900, "thickness_m": 2500, "extinction_per_m": 0.03, "wind_m_per_s": [7, -4]}})");
   const auto compiled = [&](const std::string& scene, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = small_render({"--scene", directory / scene, "--out", directory / "out%02d.png", "--frames", "2"});
+    std::vector<std::string> arguments =
+        small_render({"--scene", directory / scene, "--out", directory / "out%02d.png", "--frames", "2"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     run_quietly(arguments, environment);
     return bytes_under(cache);
   };
   const bool lavapipe = run_quietly({"devices"}).out.find("llvmpipe") != std::string::npos;
-  for (const std::vector<std::string>& mode : {std::vector<std::string>{"--scale", "2"}, {"--blend", "exact"}, {"--backend", "attachment"},
+  for (const std::vector<std::string>& mode : {std::vector<std::string>{"--scale", "2"},
+                                               {"--blend", "exact"},
+                                               {"--backend", "attachment"},
                                                {"--method", "raymarch", "--steps", "8"}}) {
     CAPTURE(mode);
     const std::uintmax_t once = compiled("a.json", mode);
@@ -220,12 +227,14 @@ TEST_CASE("program: a sequence along a camera path is numbered and moves") {
 TEST_CASE("program: reuse changes no byte of any frame") {
   const TempDirectory directory;
   const std::string path = directory / "path.json";
-  write_file(path, R"({"fps": 2, "keys": [{"time_s": 0, "position_m": [0, 0, 1200]}, {"time_s": 1, "position_m": [0, 0, 1200]},
+  write_file(
+      path, R"({"fps": 2, "keys": [{"time_s": 0, "position_m": [0, 0, 1200]}, {"time_s": 1, "position_m": [0, 0, 1200]},
                                           {"time_s": 2, "position_m": [40, 0, 1200], "yaw_deg": 5}]})");
   run_quietly(small_render({"--path", path, "--out", directory / "a%04d.png"}));
   run_quietly(small_render({"--path", path, "--out", directory / "b%04d.png", "--reuse"}));
   for (const char* frame : {"0000.png", "0001.png", "0002.png", "0003.png", "0004.png"})
-    CHECK_MESSAGE(read_file(directory / (std::string("a") + frame)) == read_file(directory / (std::string("b") + frame)), frame);
+    CHECK_MESSAGE(
+        read_file(directory / (std::string("a") + frame)) == read_file(directory / (std::string("b") + frame)), frame);
 }
 
 TEST_CASE("program: an option given twice means its last value, so scripts can give defaults") {

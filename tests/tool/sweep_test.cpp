@@ -13,7 +13,8 @@ using nlohmann::json;
 
 namespace {
 
-constexpr const char* kScene = R"({"particles": [{"center_m": [0, 400, 0], "radius_m": [150, 150, 100]}], "camera": {"position_m": [0, 0, 0]}})";
+constexpr const char* kScene =
+    R"({"particles": [{"center_m": [0, 400, 0], "radius_m": [150, 150, 100]}], "camera": {"position_m": [0, 0, 0]}})";
 
 // Six small pictures of one particle.
 json tiny_config() {
@@ -44,7 +45,9 @@ class SweepDirectory {
   TempDirectory directory_;
 };
 
-std::size_t count_lines(const std::string& text) { return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')); }
+std::size_t count_lines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
 
 }  // namespace
 
@@ -54,7 +57,8 @@ TEST_CASE("sweep: results of every variant, in three forms and a script of plots
   REQUIRE_MESSAGE(result.status == 0, result.err);
   CHECK(result.out.empty());
   const json results = sweep.results();
-  for (const char* key : {"sweep", "commit", "device", "driver", "processors"}) CHECK_MESSAGE(results.at("identity").contains(key), key);
+  for (const char* key : {"sweep", "commit", "device", "driver", "processors"})
+    CHECK_MESSAGE(results.at("identity").contains(key), key);
   const json& variants = results.at("variants");
   REQUIRE(variants.size() == 6);
   CHECK(variants[1].at("name") == "one volume scale=2");
@@ -72,7 +76,8 @@ TEST_CASE("sweep: results of every variant, in three forms and a script of plots
     CHECK(variant.at("overflow") == 0);
   }
   CHECK(variants[0].at("ratio") == json{{"median", 1.0}, {"low", 1.0}, {"high", 1.0}});
-  // The reference is the exact blend at full resolution: one particle alone is the same to both blends, but not to scale 2.
+  // The reference is the exact blend at full resolution: one particle alone is the same to both blends, but not to
+  // scale 2.
   CHECK(variants[2].at("errors").at("relmse") == 0);
   CHECK(variants[0].at("errors").at("relmse") < 1e-6);
   CHECK(variants[1].at("errors").at("relmse") > 1e-6);
