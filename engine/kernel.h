@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "embedded_shaders.h"
 #include "engine/device.h"
+#include "engine/shader_code.h"
 
 namespace nephele {
 

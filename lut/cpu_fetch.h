@@ -1,4 +1,4 @@
-// The fetches of shaders/tables.glsl on the CPU: the same shared axes, linear filtering in float.
+// The fetches of shaders/layer/table_fetch.glsl on the CPU: the same shared axes, linear filtering in float.
 #pragma once
 
 #include "lut/tables.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "lut/parallel.h"
+#include "engine/parallel.h"
 
 namespace nephele {
 

@@ -1,4 +1,5 @@
-// The baked tables as textures, ready to be fetched by shaders/tables.glsl with the device's linear_clamp sampler.
+// The baked tables as textures, ready to be fetched by shaders/layer/table_fetch.glsl with the device's linear_clamp
+// sampler.
 #pragma once
 
 #include "engine/resources.h"
@@ -15,7 +16,7 @@ class GpuTables {
 
   const TableParameters& parameters() const { return parameters_; }
   const Image& optical_depth() const { return optical_depth_; }  // R16G16_SFLOAT
-  // The same as bytes (shaders/tables.glsl), which CPUs fetch faster; none on a GPU.
+  // The same as bytes (shaders/layer/table_fetch.glsl), which CPUs fetch faster; none on a GPU.
   const Buffer& packed_optical_depth() const { return packed_optical_depth_; }
   const Image& multiple_scattering() const { return multiple_scattering_; }  // R16G16B16A16_SFLOAT
   float mean_fill() const { return mean_fill_; }

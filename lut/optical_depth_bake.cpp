@@ -7,8 +7,8 @@
 
 #include <Eigen/Dense>
 
+#include "engine/parallel.h"
 #include "lut/bake.h"
-#include "lut/parallel.h"
 #include "shared/hash.h"
 #include "shared/reference_particle.h"
 #include "shared/table_axes.h"

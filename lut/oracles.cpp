@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lut/parallel.h"
+#include "engine/parallel.h"
 #include "lut/quadrature.h"
 #include "shared/phase.h"
 #include "shared/reference_particle.h"

@@ -6,8 +6,8 @@
 #include <Eigen/Dense>
 
 #include "engine/check.h"
+#include "engine/parallel.h"
 #include "lut/bake.h"
-#include "lut/parallel.h"
 #include "lut/sphere_solver.h"
 #include "shared/table_axes.h"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "engine/parallel.h"
 #include "lut/gmres.h"
-#include "lut/parallel.h"
 #include "lut/quadrature.h"
 #include "lut/sphere_axes.h"
 #include "lut/sphere_diffusion.h"

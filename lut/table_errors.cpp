@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/parallel.h"
 #include "lut/oracles.h"
-#include "lut/parallel.h"
 #include "shared/hash.h"
 #include "shared/table_axes.h"
 

@@ -17,7 +17,7 @@
 #include "shared/table_axes.h"
 
 #ifndef NEPHELE_LUT_HASH
-#error "NEPHELE_LUT_HASH must name the state of the generating source (cmake/NepheleLutHash.cmake)"
+#error "NEPHELE_LUT_HASH must name the state of the generating source (tools/cmake/NepheleLutHash.cmake)"
 #endif
 
 namespace nephele {

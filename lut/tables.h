@@ -2,7 +2,7 @@
 //   optical depth        of the noisy reference particle along every chord, RG16F, N x N x N^2
 //   multiple scattering  of the homogeneous sphere, cubic coefficients, RGBA16F
 // Single scattering needs no table (shaders/shared/scattering.h). Axes: shaders/shared/table_axes.h; fetches:
-// shaders/tables.glsl.
+// shaders/layer/table_fetch.glsl.
 #pragma once
 
 #include <cstdint>

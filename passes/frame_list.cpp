@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "passes/cloud_particles.h"
-#include "passes/cloud_shadow.h"
-#include "passes/light_tiles.h"
-#include "passes/occlusion.h"
-#include "passes/view_sort.h"
+#include "passes/layer/view_sort.h"
+#include "passes/light/cloud_shadow.h"
+#include "passes/light/light_tiles.h"
+#include "passes/light/occlusion.h"
+#include "passes/sources/cell_source.h"
 
 namespace nephele {
 namespace {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "lut/gpu_tables.h"
-#include "passes/atmosphere.h"
-#include "passes/cloud_layer.h"
-#include "passes/composite.h"
+#include "passes/layer/cloud_layer.h"
 #include "passes/nephele.h"
+#include "passes/sky/atmosphere.h"
+#include "passes/sky/composite.h"
 #include "shared/types.h"
 #include "shared/weather.h"
 

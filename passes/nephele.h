@@ -23,7 +23,7 @@
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "lut/tables.h"
-#include "passes/cloud_layer.h"
+#include "passes/layer/cloud_layer.h"
 #include "shared/types.h"
 
 namespace nephele {

@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 tools/setup.sh jq imagemagick
 cmake --preset release >/dev/null
-cmake --build --preset release --target nephele_program test_math >/dev/null
+cmake --build --preset release --target nephele_program test_cpu >/dev/null
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 size_of() { [[ $1 == inside ]] && echo 48x27 || echo 80x45; }  # as in tools/truth.sh
@@ -82,7 +82,7 @@ closed=$work/closed.txt
 if [[ ${1:-} == --no-closed-cases ]]; then
   sed -n '/^| 2 | 0 | 0 |/,/^$/p' docs/accuracy.md >"$closed"
 else
-  build/test_math --no-skip --test-case="path tracer study*" >"$work/study.txt"
+  build/test_cpu --no-skip --test-case="path tracer study*" >"$work/study.txt"
   grep '^| [0-9]' "$work/study.txt" >"$closed"
   echo >>"$closed"
 fi
@@ -118,13 +118,13 @@ from the side and from above, inside a cloud.
 
 ## Closed cases
 
-`test_math` runs them: a white furnace is 1 in every pixel to rounding (every path ends in the same sky); without
+`test_cpu` runs them: a white furnace is 1 in every pixel to rounding (every path ends in the same sky); without
 particles every pixel is the background; particles that glow show the emission-absorption integral; transmittance agrees with
 the closed form for overlapping ellipsoids and with quadrature for noisy ones; a cloud sends out the sunlight it takes from
 the beam; two seeds differ as their standard errors say; sums are the same for any number of threads and after an interruption.
 
 Homogeneous spheres against the tables' own Monte Carlo, in 16 bands from the sunlit limb to the dark one
-(`test_math --no-skip --test-case="path tracer study*"`). Asked: 2 % in every band. Bands darker than a tenth of the sphere's mean are
+(`test_cpu --no-skip --test-case="path tracer study*"`). Asked: 2 % in every band. Bands darker than a tenth of the sphere's mean are
 related to that tenth. Errors in percent; the last column is the mean squared error over its standard error, 1 where the
 two differ by noise alone.
 

@@ -7,9 +7,9 @@
 #include <tuple>
 
 #include "engine/atomic_file.h"
-#include "lut/paper_tables.h"
+#include "lut/study/paper_tables.h"
+#include "lut/study/verification.h"
 #include "lut/tables.h"
-#include "lut/verification.h"
 #include "shared/phase.h"
 #include "tools/command.h"
 #include "tools/options.h"

@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "engine/device.h"
-#include "passes/cloud_layer.h"
+#include "passes/layer/cloud_layer.h"
 #include "tools/command.h"
 
 namespace nephele::tools {

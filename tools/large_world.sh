@@ -84,7 +84,7 @@ congestus at the sea-breeze front, fair-weather clouds inland.
 Cells double in size from ring to ring, starting at 184 m. There are as few rings as reach the view distance, 8 at most:
 their number grows with the logarithm of the distance. A cell looks at the field in four places, which are nested from ring to ring,
 and its particles get two gains in density that restore the matter and the centre of mass of its columns of cloud.
-`tests/math/cloud_particles_test.cpp` holds five rings to it, averaged over four regions of 29 km:
+`tests/cpu/cell_particles_test.cpp` holds five rings to it, averaged over four regions of 29 km:
 
 | between adjacent rings | bound |
 |---|---|

@@ -8,6 +8,7 @@
 #include "engine/check.h"
 #include "engine/frame.h"
 #include "lut/gpu_tables.h"
+#include "nephele_tool_shaders.h"
 #include "shared/phase.h"
 #include "tools/command.h"
 #include "tools/probe_rays.h"

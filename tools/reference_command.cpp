@@ -17,10 +17,10 @@
 #include "shared/world.h"
 #include "tools/command.h"
 #include "tools/options.h"
+#include "tools/path_tracer/reference_image.h"
 #include "tools/progress.h"
 #include "tools/render_stats.h"
 #include "tools/scene_tables.h"
-#include "truth/reference_image.h"
 
 namespace nephele::tools {
 namespace {

@@ -57,7 +57,7 @@ energies() {  # name, what it is called
 
 Written by `tools/tables_study.sh` from `nephele bake --verify`. Truth comes from `lut/oracles.h`: adaptive quadrature and
 Monte Carlo in doubles that share no code with the bakes. Rays: impact parameter uniform in area, light from anywhere.
-Errors are in percent; RMSE is relative to the RMS value. Fetches are those of `shaders/tables.glsl` on the CPU; a test
+Errors are in percent; RMSE is relative to the RMS value. Fetches are those of `shaders/layer/table_fetch.glsl` on the CPU; a test
 holds the device to them, and `nephele probe` evaluates any ray on the device.
 
 ## Single scattering: a formula

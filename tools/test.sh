@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds everything and runs every test, with Vulkan's validation layers on. Ends with "N passed, N failed".
-#   tools/test.sh [--preset release|debug|asan] [arguments of ctest, e.g. -R math]
+#   tools/test.sh [--preset release|debug|asan] [arguments of ctest, e.g. -R cpu]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

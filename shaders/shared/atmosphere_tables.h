@@ -4,7 +4,7 @@
 #ifndef NEPHELE_SHARED_ATMOSPHERE_TABLES_H
 #define NEPHELE_SHARED_ATMOSPHERE_TABLES_H
 
-#include "atmosphere.h"
+#include "air.h"
 
 #ifdef __cplusplus
 #include <algorithm>

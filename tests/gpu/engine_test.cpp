@@ -5,6 +5,7 @@
 #include <random>
 
 #include "engine/frame.h"
+#include "nephele_test_shaders.h"
 #include "shared/types.h"
 #include "tests/support/test_device.h"
 

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <random>
 
-#include "passes/prefix_sum.h"
+#include "passes/kit/prefix_sum.h"
 #include "tests/support/test_device.h"
 
 using namespace nephele;

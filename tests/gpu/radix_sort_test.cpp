@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "passes/radix_sort.h"
+#include "passes/kit/radix_sort.h"
 #include "tests/support/test_device.h"
 
 using namespace nephele;

@@ -7,13 +7,14 @@
 #include <random>
 
 #include "engine/frame.h"
+#include "engine/parallel.h"
 #include "lut/bake.h"
 #include "lut/cpu_fetch.h"
 #include "lut/gpu_tables.h"
 #include "lut/oracles.h"
 #include "lut/packed_optical_depth.h"
-#include "lut/parallel.h"
 #include "lut/sphere_solver.h"
+#include "nephele_test_shaders.h"
 #include "shared/reference_particle.h"
 #include "shared/table_axes.h"
 #include "tests/support/test_device.h"

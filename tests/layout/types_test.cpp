@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/kernel.h"
+#include "nephele_shaders.h"
 #include "shared/types.h"
 
 using namespace nephele;

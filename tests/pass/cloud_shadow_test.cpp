@@ -3,7 +3,8 @@
 
 #include <algorithm>
 
-#include "passes/cloud_shadow.h"
+#include "nephele_test_shaders.h"
+#include "passes/light/cloud_shadow.h"
 #include "tests/support/light_scene.h"
 
 using namespace nephele;

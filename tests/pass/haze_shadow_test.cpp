@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "passes/haze_shadow.h"
+#include "passes/light/haze_shadow.h"
 #include "passes/nephele.h"
-#include "shared/haze_shadow.h"
+#include "shared/haze_shadow_volume.h"
 #include "tests/support/sky_frame.h"
 #include "tests/support/test_tables.h"
 

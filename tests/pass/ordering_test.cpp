@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 
+#include "nephele_shaders.h"
 #include "tests/support/layer_scene.h"
 
 using namespace nephele;

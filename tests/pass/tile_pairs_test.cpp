@@ -3,7 +3,8 @@
 
 #include <random>
 
-#include "passes/tile_pairs.h"
+#include "nephele_shaders.h"
+#include "passes/kit/tile_pairs.h"
 #include "shared/tile_rectangle.h"
 #include "tests/support/test_device.h"
 

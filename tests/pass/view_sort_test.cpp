@@ -6,7 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include "passes/view_sort.h"
+#include "passes/layer/view_sort.h"
 #include "shared/types.h"
 #include "tests/support/test_device.h"
 

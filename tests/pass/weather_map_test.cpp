@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <vector>
 
-#include "passes/cloud_particles.h"
 #include "passes/nephele.h"
-#include "shared/cloud_particles.h"
+#include "passes/sources/cell_source.h"
+#include "shared/cell_particles.h"
 #include "tests/support/cloud_frame.h"
 #include "tests/support/test_device.h"
 #include "tests/support/test_tables.h"

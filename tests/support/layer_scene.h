@@ -6,7 +6,7 @@
 #include <random>
 
 #include "engine/camera.h"
-#include "passes/cloud_layer.h"
+#include "passes/layer/cloud_layer.h"
 #include "shared/ellipsoid.h"
 #include "shared/screen_bounds.h"
 #include "tests/support/blend_oracle.h"

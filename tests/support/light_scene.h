@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
-#include "passes/light_tiles.h"
-#include "passes/occlusion.h"
+#include "passes/light/light_tiles.h"
+#include "passes/light/occlusion.h"
 #include "shared/atmosphere_tables.h"
 #include "shared/light.h"
 #include "tests/support/test_device.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/camera.h"
-#include "passes/atmosphere.h"
-#include "passes/composite.h"
+#include "passes/sky/atmosphere.h"
+#include "passes/sky/composite.h"
 #include "shared/light.h"
 #include "shared/types.h"
 #include "shared/world.h"

@@ -10,7 +10,7 @@
 #include "lut/tables.h"
 #include "shared/ellipsoid.h"
 #include "shared/listed_particles.h"
-#include "truth/path_tracer.h"
+#include "tools/path_tracer/path_tracer.h"
 
 namespace nephele::test {
 

@@ -18,7 +18,7 @@ TEST_CASE("an installed package builds and runs in another project") {
     REQUIRE_MESSAGE(status == 0, read_file(log));
   };
   run("cmake --install " NEPHELE_BINARY_DIR " --prefix " + prefix);
-  run("cmake -S " NEPHELE_SOURCE_DIR "/tests/consumer -B " + build + " -G Ninja -DCMAKE_PREFIX_PATH=" + prefix);
+  run("cmake -S " NEPHELE_SOURCE_DIR "/tools/embed_example -B " + build + " -G Ninja -DCMAKE_PREFIX_PATH=" + prefix);
   run("cmake --build " + build);
   run(build + "/consumer");
   const double there = std::strtod(read_file(log).c_str(), nullptr);

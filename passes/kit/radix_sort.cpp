@@ -1,0 +1,86 @@
+#include "passes/kit/radix_sort.h"
+#include "nephele_shaders.h"
+
+#include <algorithm>
+
+namespace nephele {
+
+namespace {
+
+// Threads of a workgroup; a CPU runs eight at once.
+std::uint32_t local_size(const Device& device) { return device.info().on_cpu() ? 8 : 32; }
+
+ComputeKernel sort_kernel(Device& device, const ShaderCode& code) {
+  const SpecConstant constants[] = {{0, local_size(device)}};
+  return ComputeKernel(device, code, constants);
+}
+
+// Each thread sorts an equal run of the pairs. Some sixty threads, eight in a batch, are enough for a CPU, and their
+// table of counts is short; a GPU wants thousands. Short runs would make that table longer than the data.
+std::uint32_t thread_count(const Device& device, std::uint32_t capacity) {
+  const bool cpu = device.info().on_cpu();
+  const std::uint32_t run = cpu ? 512 : 128, most = cpu ? 64 : 8192;
+  return std::clamp((capacity + run - 1) / run, 1u, most);
+}
+
+struct Push {
+  std::uint32_t count_index, capacity, threads, shift, digit_mask;
+};
+
+}  // namespace
+
+RadixSort::RadixSort(Device& device, const std::string& name, std::uint32_t capacity)
+    : histogram_(sort_kernel(device, shaders::radix_histogram_comp)),
+      scatter_(sort_kernel(device, shaders::radix_scatter_comp)),
+      capacity_(std::max(capacity, 1u)),
+      local_size_(local_size(device)),
+      threads_(thread_count(device, capacity_)),
+      scan_(device, threads_ << kMaxDigitBits),
+      counts_(device, name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t)),
+      total_(device, name + "_total", sizeof(std::uint32_t)) {
+  for (int side = 0; side < 2; ++side) {
+    const VkDeviceSize bytes = VkDeviceSize{capacity_} * sizeof(std::uint32_t);
+    keys_[side] = Buffer(device, name + "_keys_" + std::to_string(side), bytes);
+    values_[side] = Buffer(device, name + "_values_" + std::to_string(side), bytes);
+  }
+}
+
+RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, const Buffer& count,
+                                 VkDeviceSize count_offset_bytes, std::uint32_t key_bits) {
+  NEPHELE_CHECK(key_bits >= 1 && key_bits <= 32, name, ": ", key_bits, " key bits");
+  NEPHELE_CHECK(count_offset_bytes % sizeof(std::uint32_t) == 0, name, ": count at byte ", count_offset_bytes);
+
+  // Rounds of equal width: a 14-bit key takes two tables of 128 counts, not one of 256 and one of 64.
+  const std::uint32_t rounds = (key_bits + kMaxDigitBits - 1) / kMaxDigitBits;
+  const std::uint32_t digit_bits = (key_bits + rounds - 1) / rounds;
+  const std::uint32_t groups = (threads_ + local_size_ - 1) / local_size_;
+
+  int from = 0;
+  for (std::uint32_t shift = 0; shift < key_bits; shift += digit_bits, from ^= 1) {
+    const std::uint32_t bits = std::min(digit_bits, key_bits - shift);
+    const Push push{static_cast<std::uint32_t>(count_offset_bytes / sizeof(std::uint32_t)), capacity_, threads_, shift,
+                    (1u << bits) - 1u};
+    frame.fill(name, counts_, 0);
+    frame.compute({.name = name,
+                   .kernel = &histogram_,
+                   .bindings = {{0, keys_[from], Access::words},
+                                {1, counts_, Access::storage_read_write},
+                                {2, count, Access::storage_read}},
+                   .push = as_push(push),
+                   .groups = {groups, 1, 1}});
+    scan_.add(frame, name, counts_, threads_ << bits, total_);
+    frame.compute({.name = name,
+                   .kernel = &scatter_,
+                   .bindings = {{0, keys_[from], Access::words},
+                                {1, values_[from], Access::words},
+                                {2, keys_[from ^ 1], Access::storage_write},
+                                {3, values_[from ^ 1], Access::storage_write},
+                                {4, counts_, Access::storage_read_write},
+                                {5, count, Access::storage_read}},
+                   .push = as_push(push),
+                   .groups = {groups, 1, 1}});
+  }
+  return {keys_[from], values_[from]};
+}
+
+}  // namespace nephele

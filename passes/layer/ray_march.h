@@ -1,0 +1,38 @@
+// The clouds by marching rays through the particles' own density: the baseline that particles shaded whole are measured
+// against. Tiles of 8x8 pixels list their particles nearest first; a ray goes from one occupied stretch to the next in
+// jittered steps that grow with the particles and ends where it is opaque; a filter takes out the noise that the jitter
+// leaves.
+//
+// reads -> writes: draw particles nearest first, counters, tables, scene distance -> lists -> layer colour and depth
+// cost: samples (steps in occupied space before the ray is opaque) times the particles that overlap there, one density
+// fetch each.
+#pragma once
+
+#include "lut/gpu_tables.h"
+#include "passes/layer/screen_lists.h"
+
+namespace nephele {
+
+class RayMarch {
+ public:
+  // steps: how many take a ray through eight particles in a row.
+  RayMarch(Device& device, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
+           std::uint32_t visible_capacity);
+
+  struct Inputs {
+    const Buffer& frame_constants;
+    const Buffer& draw_particles;  // ViewOrder::nearest_point
+    const Buffer& counters;
+    const GpuTables& tables;
+    const Image& layer_scene;  // metres to what stands behind, at the layer's size
+  };
+  void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
+
+ private:
+  ComputeKernel density_kernel_, march_, reconstruct_;
+  ScreenLists lists_;
+  Image density_, marched_, marched_noise_;
+  bool density_ready_ = false;
+};
+
+}  // namespace nephele

@@ -1,0 +1,46 @@
+// The tiled backend: shading and blending of the visible particles in compute, a thread a pixel (on a CPU a column),
+// over lists of the particles that each tile of 8 x 8 pixels may show. Runs on every device.
+//
+// reads -> writes: draw particles (farthest first), tables, counters -> layer colour and depth; in counters
+//   screen_pair_*, pairs_shaded
+// cost: (pixel, particle) pairs up to where a pixel turns opaque; one sort of the (tile, particle) pairs. A tile
+// without particles costs one store a pixel.
+#pragma once
+
+#include "lut/gpu_tables.h"
+#include "passes/layer/screen_lists.h"
+
+namespace nephele {
+
+// What overlapping particles look like.
+enum class BlendMode : std::uint8_t {
+  volume,  // [Yusov14] Eq. 10-17: exact for two, the third meets the mean of the two
+  exact,   // the emission-absorption integral of any number
+};
+
+const char* blend_mode_name(BlendMode mode);
+
+class TiledBlend {
+ public:
+  // The tables must outlive it.
+  TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
+             std::uint32_t layer_height, std::uint32_t visible_capacity);
+
+  struct Inputs {
+    const Buffer& frame_constants;
+    const Buffer& draw_particles;
+    const Buffer& counters;  // FrameCounters: visible_count and visible_groups are filled
+    const Image& detail_noise;
+    const Image& layer_scene;  // metres to what stands behind, at the layer's size
+  };
+  void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
+
+ private:
+  const GpuTables& tables_;
+  ComputeKernel masks_kernel_, begins_kernel_, shade_short_, shade_long_, shade_page_;
+  ScreenLists lists_;
+  std::uint32_t short_list_, pages_;
+  Buffer masks_, begins_m_, long_tiles_, paged_tiles_, paged_pixels_;
+};
+
+}  // namespace nephele

@@ -1,0 +1,73 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// variants: - air=WITH_AIR
+#include "shared/light.h"
+
+// [Yusov14] 5.3 step 2: the sunlight that reaches each visible particle. The depth is sampled at a tetrahedron inside
+// the particle rather than at its centre alone, for its mean and its gradient.
+// Deviates from the paper: instead of low-passing the depth over neighbouring particles (its step 3), it measures how
+// much cloud there is around, which diffuse light depends on (shared/cloud_light.h). Nothing here depends on the view.
+layout(local_size_x = 64) in;
+
+layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
+layout(set = 0, binding = 1) uniform usamplerBuffer particles;
+layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
+layout(scalar, set = 0, binding = 3) readonly buffer Counters { FrameCounters counters; };
+layout(set = 0, binding = 4) uniform usamplerBuffer occluders;  // PackedOccluder
+layout(set = 0, binding = 5) uniform usamplerBuffer ranges;     // two words a tile
+layout(set = 0, binding = 6) uniform usamplerBuffer list;
+layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
+#ifdef WITH_AIR
+layout(set = 0, binding = 8) uniform sampler2D transmittance;
+#endif
+
+#include "sky/light_through_air.glsl"
+#include "light/occlusion_walk.glsl"
+
+vec3 sun_irradiance(vec3 p_render_m) {
+  const float altitude = altitude_m(p_render_m, frame.camera_grid_m.z);
+  const float cos_zenith = sun_cos_zenith_at(p_render_m, frame);
+#ifdef WITH_AIR
+  return sun_irradiance_at(transmittance, frame, altitude, cos_zenith);
+#else
+  return frame.sun_irradiance * sun_visibility(max(0.0, altitude), cos_zenith);
+#endif
+}
+
+void main() {
+  const uint slot = gl_GlobalInvocationID.x;
+  if (slot >= counters.visible_count) return;
+  const uint self = visible[slot];
+  const Particle particle = particle_at(particles, self);
+
+  ParticleLight light;
+  light.sun_irradiance = vec3(0.0);
+  light.tau_sun = 0.0;
+  light.tau_gradient_per_m = vec3(0.0);
+  light.tau_near = 0.0;
+  light.tau_behind = 0.0;
+  light.openness = vec3(0.0);
+  if ((particle.flags & kParticleEmissive) == 0u) {
+    const Neighbourhood around = neighbourhood(particle);
+    light.openness = around.openness;
+    light.sun_irradiance = sun_irradiance(particle.center_m);
+    if (any(greaterThan(light.sun_irradiance, vec3(0.0)))) {
+      vec3 points_m[4];
+      for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * tetrahedron_corner(j));
+      const SunColumn column = sun_column(points_m, particle.center_m, self);
+
+      vec3 slope = vec3(0.0);
+      for (uint j = 0u; j < 4u; ++j) {
+        light.tau_sun += 0.25 * column.depths[j];
+        slope += column.depths[j] * tetrahedron_corner(j);
+      }
+      slope *= 0.75 / kDepthSampleRadius;
+      light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
+
+      light.tau_near = min(around.enclosure * column.near, light.tau_sun);
+      light.tau_behind = around.enclosure * column.behind;
+    }
+  }
+  lights[slot] = light;
+}

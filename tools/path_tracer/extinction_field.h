@@ -1,0 +1,92 @@
+// The clouds as a participating medium: the sum of all particles' extinction at a point, and free paths through it.
+//
+// A particle is constant inside its ellipsoid, or the reference particle's density in its own frame and orientation;
+// what lies below its base is cut away and the 50 m above thinned, as the renderer draws it. Tracking runs on a uniform
+// grid: every cell lists the particles that have matter in it and bounds the extinction there (Woodcock 1965;
+// Amanatides and Woo 1987), so a tentative collision is nearly always a real one.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "shared/types.h"
+#include "tools/path_tracer/density_lattice.h"
+#include "tools/path_tracer/random.h"
+
+namespace nephele::truth {
+
+class ExtinctionField {
+ public:
+  // Particles in render space. sun_direction: where sun_guess looks.
+  ExtinctionField(std::span<const shared::Particle> particles, float camera_altitude_m, const glm::vec3& sun_direction,
+                  const DensityLattice& lattice);
+
+  // At a point of render space, per metre.
+  float extinction_per_m(const glm::vec3& p_m) const;
+  // The share of emissive particles in it, and their radiance, weighted by extinction.
+  struct Emission {
+    float share = 0;
+    glm::vec3 radiance_per_sr{0.0f};
+  };
+  Emission emission(const glm::vec3& p_m) const;
+  bool emits() const { return emits_; }
+
+  static constexpr float kNever = std::numeric_limits<float>::infinity();
+  // Distance to a collision before end_m, exponentially distributed in optical depth; kNever when there is none.
+  float collide(const glm::vec3& origin_m, const glm::vec3& direction, float end_m, Random& random) const;
+  // Unbiased estimate of the transmittance up to end_m, by ratio tracking (Novak et al. 2014).
+  float transmittance(const glm::vec3& origin_m, const glm::vec3& direction, float end_m, Random& random) const;
+  // Distance to the first point where some particle has the density that counts as matter, to a 16th of a cell, which
+  // is about a hundredth of a particle's radius; kNever without one.
+  float first_matter_m(const glm::vec3& origin_m, const glm::vec3& direction, float end_m) const;
+
+  // A rough transmittance towards the sun at p: for deciding where to spend samples, never for radiance.
+  float sun_guess(const glm::vec3& p_m) const;
+
+  std::size_t cell_count() const { return bounds_per_m_.size(); }
+
+ private:
+  struct Packed {  // one cache line
+    glm::mat3 unit_from_render;
+    glm::vec3 center_m;
+    float extinction_per_m;
+    float base_m;
+    std::uint32_t flags;
+    std::uint32_t source;  // index among the particles given
+  };
+  struct Walk;
+
+  void make_grid();
+  void fill_cells();
+  void guess_sun(const glm::vec3& sun_direction);
+  float particle_extinction(const Packed& particle, const glm::vec3& p_m, float altitude_m) const;
+  float extinction_in_cell(std::size_t cell, const glm::vec3& p_m, float enough = kNever) const;
+  glm::ivec3 cell_at(const glm::vec3& p_m) const;
+  std::size_t index(const glm::ivec3& cell) const {
+    return (static_cast<std::size_t>(cell.z) * size_.y + cell.y) * size_.x + cell.x;
+  }
+  std::size_t block_index(const glm::ivec3& cell) const;
+  // Calls visit(cell, near_m, far_m) for every cell with matter along the ray, in order, until it returns true.
+  template <class Visit>
+  void walk(const glm::vec3& origin_m, const glm::vec3& direction, float end_m, Visit&& visit) const;
+
+  const DensityLattice& lattice_;
+  float camera_altitude_m_;
+  bool emits_ = false;
+  std::vector<Packed> particles_;
+  std::vector<glm::vec3> emitted_;  // by source
+  glm::vec3 low_m_{0.0f}, high_m_{0.0f};
+  float cell_m_ = 1.0f;
+  glm::ivec3 size_{1}, blocks_{1};
+  std::vector<std::uint32_t> first_;        // of a cell in list_, one more than cells
+  std::vector<std::uint32_t> list_;         // indices of particles_
+  std::vector<float> bounds_per_m_;         // no less than the extinction anywhere in the cell
+  std::vector<std::uint8_t> cut_;           // does the cell reach down to where some particle's base is cut or thinned
+  std::vector<std::uint8_t> block_filled_;  // blocks of 8^3 cells: is there any matter
+  std::vector<float> sun_guess_;
+};
+
+}  // namespace nephele::truth
