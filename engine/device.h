@@ -85,7 +85,12 @@ class Device {
 
   // Bytes of device memory allocated through this device and not yet freed.
   VkDeviceSize allocated_bytes() const { return allocated_bytes_; }
-  void count_allocation(VkDeviceSize bytes) { allocated_bytes_ += bytes; }
+  // Allocations made so far, the freed ones included.
+  std::uint64_t allocation_count() const { return allocation_count_; }
+  void count_allocation(VkDeviceSize bytes) {
+    allocated_bytes_ += bytes;
+    ++allocation_count_;
+  }
   void count_free(VkDeviceSize bytes) { allocated_bytes_ -= bytes; }
 
   // Validation warnings and errors since the program started, over all devices.
@@ -110,6 +115,7 @@ class Device {
   VkSampler linear_clamp_ = VK_NULL_HANDLE, linear_repeat_ = VK_NULL_HANDLE, nearest_clamp_ = VK_NULL_HANDLE;
   PFN_vkSetDebugUtilsObjectNameEXT set_object_name_ = nullptr;
   VkDeviceSize allocated_bytes_ = 0;
+  std::uint64_t allocation_count_ = 0;
 };
 
 }  // namespace nephele

@@ -203,6 +203,17 @@ std::vector<PlannedBarrier> FrameBuilder::plan() const { return plan_barriers(de
 
 std::string FrameBuilder::describe() const { return describe_plan(declarations_, plan(), resource_names_); }
 
+FrameBuilder::FrameBuilder(FrameExecutor& executor, Reuse reuse)
+    : device_(&executor.device_), memory_(&executor.memory_), reuse_(reuse) {}
+
+bool FrameBuilder::stands(const ResourceRef& resource, InputBytes inputs, Keep keep) {
+  const std::uint64_t id = std::visit([](const auto* object) { return object->id(); }, resource);
+  const bool may = memory_ && (reuse_ == Reuse::all || keep == Keep::lasting);
+  if (may && memory_->holds(id, inputs)) return true;
+  claims_.push_back({id, std::move(inputs)});
+  return false;
+}
+
 FrameExecutor::FrameExecutor(Device& device) : device_(device) {
   VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
@@ -214,7 +225,10 @@ FrameExecutor::FrameExecutor(Device& device) : device_(device) {
   NEPHELE_VK(vkAllocateCommandBuffers(device.vk(), &allocate, &commands_));
   const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
   NEPHELE_VK(vkCreateFence(device.vk(), &fence, nullptr, &fence_));
+  for (Slot& slot : slots_) make_slot(slot);
+}
 
+void FrameExecutor::make_slot(Slot& slot) {
   std::vector<VkDescriptorPoolSize> sizes;
   for (VkDescriptorType type : {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
                                 VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
@@ -224,58 +238,67 @@ FrameExecutor::FrameExecutor(Device& device) : device_(device) {
   descriptors.maxSets = kMaxSets;
   descriptors.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
   descriptors.pPoolSizes = sizes.data();
-  NEPHELE_VK(vkCreateDescriptorPool(device.vk(), &descriptors, nullptr, &descriptors_));
+  NEPHELE_VK(vkCreateDescriptorPool(device_.vk(), &descriptors, nullptr, &slot.descriptors));
 
-  if (device.info().fragment_count_query) {
+  if (device_.info().fragment_count_query) {
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS;
     info.queryCount = kMaxRasterSteps;
     info.pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_FRAGMENT_SHADER_INVOCATIONS_BIT;
-    NEPHELE_VK(vkCreateQueryPool(device.vk(), &info, nullptr, &fragment_queries_));
+    NEPHELE_VK(vkCreateQueryPool(device_.vk(), &info, nullptr, &slot.fragment_queries));
   }
 }
 
 FrameExecutor::~FrameExecutor() {
-  for (VkFramebuffer framebuffer : framebuffers_) vkDestroyFramebuffer(device_.vk(), framebuffer, nullptr);
-  vkDestroyQueryPool(device_.vk(), queries_, nullptr);
-  vkDestroyQueryPool(device_.vk(), fragment_queries_, nullptr);
-  vkDestroyDescriptorPool(device_.vk(), descriptors_, nullptr);
+  for (const Slot& slot : slots_) {
+    for (VkFramebuffer framebuffer : slot.framebuffers) vkDestroyFramebuffer(device_.vk(), framebuffer, nullptr);
+    vkDestroyQueryPool(device_.vk(), slot.queries, nullptr);
+    vkDestroyQueryPool(device_.vk(), slot.fragment_queries, nullptr);
+    vkDestroyDescriptorPool(device_.vk(), slot.descriptors, nullptr);
+  }
   vkDestroyFence(device_.vk(), fence_, nullptr);
   vkDestroyCommandPool(device_.vk(), pool_, nullptr);
 }
 
-void FrameExecutor::begin_frame(std::size_t step_count) {
-  for (VkFramebuffer framebuffer : framebuffers_) vkDestroyFramebuffer(device_.vk(), framebuffer, nullptr);
-  framebuffers_.clear();
-  raster_steps_ = 0;
-  NEPHELE_VK(vkResetDescriptorPool(device_.vk(), descriptors_, 0));
+FrameExecutor::Slot& FrameExecutor::begin_frame(std::size_t step_count) {
+  Slot& slot = slots_[frames_recorded_ % kFramesInFlight];
+  for (VkFramebuffer framebuffer : slot.framebuffers) vkDestroyFramebuffer(device_.vk(), framebuffer, nullptr);
+  slot.framebuffers.clear();
+  slot.raster_steps = 0;
+  slot.step_names.clear();
+  NEPHELE_VK(vkResetDescriptorPool(device_.vk(), slot.descriptors, 0));
   const std::uint32_t needed = static_cast<std::uint32_t>(step_count + 1);
-  if (needed <= query_capacity_) return;
-  vkDestroyQueryPool(device_.vk(), queries_, nullptr);
-  query_capacity_ = std::max(64u, 2 * needed);
-  VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
-  info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-  info.queryCount = query_capacity_;
-  NEPHELE_VK(vkCreateQueryPool(device_.vk(), &info, nullptr, &queries_));
+  if (needed > slot.query_capacity) {
+    vkDestroyQueryPool(device_.vk(), slot.queries, nullptr);
+    slot.query_capacity = std::max(64u, 2 * needed);
+    VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    info.queryCount = slot.query_capacity;
+    NEPHELE_VK(vkCreateQueryPool(device_.vk(), &info, nullptr, &slot.queries));
+  }
+  return slot;
 }
 
 void FrameExecutor::record(const FrameBuilder& frame, VkCommandBuffer commands) {
-  begin_frame(frame.steps_.size());
-  step_names_.clear();
+  Slot& slot = begin_frame(frame.steps_.size());
+  recording_ = &slot;
   const std::vector<PlannedBarrier> barriers = frame.plan();
-  vkCmdResetQueryPool(commands, queries_, 0, static_cast<std::uint32_t>(frame.steps_.size() + 1));
-  if (fragment_queries_) vkCmdResetQueryPool(commands, fragment_queries_, 0, kMaxRasterSteps);
+  vkCmdResetQueryPool(commands, slot.queries, 0, static_cast<std::uint32_t>(frame.steps_.size() + 1));
+  if (slot.fragment_queries) vkCmdResetQueryPool(commands, slot.fragment_queries, 0, kMaxRasterSteps);
   memory_barrier(commands, kFrameStart);
   for (std::uint32_t i = 0; i < frame.steps_.size(); ++i) {
     // The stamp precedes the barrier: a stamp that no barrier follows reads early on lavapipe.
-    vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_, i);
+    vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, slot.queries, i);
     if (!barriers[i].empty()) memory_barrier(commands, barriers[i]);
     frame.steps_[i].record(commands, *this);
-    step_names_.push_back(frame.declarations_[i].name);
+    slot.step_names.push_back(frame.declarations_[i].name);
   }
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
+  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, slot.queries,
                        static_cast<std::uint32_t>(frame.steps_.size()));
   memory_barrier(commands, kFrameEnd);
+  recording_ = nullptr;
+  memory_.commit(frame.claims_);
+  ++frames_recorded_;
 }
 
 void FrameExecutor::run(const FrameBuilder& frame) {
@@ -294,37 +317,45 @@ void FrameExecutor::run(const FrameBuilder& frame) {
   NEPHELE_VK(vkResetFences(device_.vk(), 1, &fence_));
 }
 
-std::vector<PassTime> FrameExecutor::pass_times() {
-  if (step_names_.empty()) return {};
-  std::vector<std::uint64_t> stamps(step_names_.size() + 1);
-  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), queries_, 0, static_cast<std::uint32_t>(stamps.size()),
+FrameExecutor::Slot& FrameExecutor::slot_of(std::uint32_t frames_ago) {
+  NEPHELE_CHECK(frames_ago < kFramesInFlight, frames_ago, " frames ago");
+  return slots_[(frames_recorded_ + kFramesInFlight - 1 - frames_ago) % kFramesInFlight];
+}
+
+std::vector<PassTime> FrameExecutor::pass_times(std::uint32_t frames_ago) {
+  const Slot& slot = slot_of(frames_ago);
+  if (slot.step_names.empty()) return {};
+  std::vector<std::uint64_t> stamps(slot.step_names.size() + 1);
+  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), slot.queries, 0, static_cast<std::uint32_t>(stamps.size()),
                                    stamps.size() * sizeof(stamps[0]), stamps.data(), sizeof(stamps[0]),
                                    VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   std::vector<PassTime> times;
-  for (std::size_t i = 0; i < step_names_.size(); ++i) {
-    auto row =
-        std::find_if(times.begin(), times.end(), [&](const PassTime& time) { return time.name == step_names_[i]; });
-    if (row == times.end()) row = times.insert(times.end(), {step_names_[i], 0.0});
+  for (std::size_t i = 0; i < slot.step_names.size(); ++i) {
+    const std::string& name = slot.step_names[i];
+    auto row = std::find_if(times.begin(), times.end(), [&](const PassTime& time) { return time.name == name; });
+    if (row == times.end()) row = times.insert(times.end(), {name, 0.0});
     row->gpu_ms += static_cast<double>(stamps[i + 1] - stamps[i]) * device_.info().timestamp_period_ns * 1e-6;
   }
   return times;
 }
 
 void FrameExecutor::begin_fragment_count(VkCommandBuffer commands) {
-  NEPHELE_CHECK(raster_steps_ < kMaxRasterSteps);
-  if (fragment_queries_) vkCmdBeginQuery(commands, fragment_queries_, raster_steps_, 0);
+  NEPHELE_CHECK(recording_->raster_steps < kMaxRasterSteps);
+  if (recording_->fragment_queries)
+    vkCmdBeginQuery(commands, recording_->fragment_queries, recording_->raster_steps, 0);
 }
 
 void FrameExecutor::end_fragment_count(VkCommandBuffer commands) {
-  if (fragment_queries_) vkCmdEndQuery(commands, fragment_queries_, raster_steps_);
-  ++raster_steps_;
+  if (recording_->fragment_queries) vkCmdEndQuery(commands, recording_->fragment_queries, recording_->raster_steps);
+  ++recording_->raster_steps;
 }
 
-std::uint64_t FrameExecutor::fragments_shaded() {
-  if (!fragment_queries_ || raster_steps_ == 0) return 0;
-  std::vector<std::uint64_t> counts(raster_steps_);
-  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), fragment_queries_, 0, raster_steps_, counts.size() * sizeof(counts[0]),
-                                   counts.data(), sizeof(counts[0]),
+std::uint64_t FrameExecutor::fragments_shaded(std::uint32_t frames_ago) {
+  const Slot& slot = slot_of(frames_ago);
+  if (!slot.fragment_queries || slot.raster_steps == 0) return 0;
+  std::vector<std::uint64_t> counts(slot.raster_steps);
+  NEPHELE_VK(vkGetQueryPoolResults(device_.vk(), slot.fragment_queries, 0, slot.raster_steps,
+                                   counts.size() * sizeof(counts[0]), counts.data(), sizeof(counts[0]),
                                    VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
   std::uint64_t sum = 0;
   for (const std::uint64_t count : counts) sum += count;
@@ -334,7 +365,7 @@ std::uint64_t FrameExecutor::fragments_shaded() {
 VkDescriptorSet FrameExecutor::allocate_set(const PipelineLayout& layout, const std::vector<Binding>& bindings) {
   const VkDescriptorSetLayout set_layout = layout.set_layout();
   VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
-  allocate.descriptorPool = descriptors_;
+  allocate.descriptorPool = recording_->descriptors;
   allocate.descriptorSetCount = 1;
   allocate.pSetLayouts = &set_layout;
   VkDescriptorSet set = VK_NULL_HANDLE;
@@ -386,7 +417,7 @@ VkFramebuffer FrameExecutor::framebuffer(const RasterPipeline& pipeline, const s
   info.layers = 1;
   VkFramebuffer framebuffer = VK_NULL_HANDLE;
   NEPHELE_VK(vkCreateFramebuffer(device_.vk(), &info, nullptr, &framebuffer));
-  framebuffers_.push_back(framebuffer);
+  recording_->framebuffers.push_back(framebuffer);
   return framebuffer;
 }
 

@@ -1,12 +1,13 @@
 // A frame is an explicit, ordered list of steps. Each step names the resources it touches and how; the
 // barriers between steps are derived (barriers.h), descriptor sets are written, timestamps are taken by name.
 //
-//   FrameBuilder frame(device);
+//   FrameBuilder frame(executor);
 //   frame.compute({.name = "sort", .kernel = &histogram, .bindings = {{0, keys, Access::storage_read},
 //                  {1, counts, Access::storage_write}}, .push = as_push(params), .groups = {n, 1, 1}});
-//   Frame::execute(...)
+//   executor.run(frame);
 //
-// The list is rebuilt every frame (it costs microseconds), so a step that a scene doesn't need is not there.
+// The list is rebuilt every frame (it costs microseconds), so a step that a scene doesn't need is not there; nor is one
+// whose result stands from an earlier frame (FrameBuilder::stands).
 #pragma once
 
 #include <array>
@@ -19,7 +20,9 @@
 
 #include "engine/barriers.h"
 #include "engine/kernel.h"
+#include "engine/pass_time.h"
 #include "engine/resources.h"
+#include "engine/step_memory.h"
 
 namespace nephele {
 
@@ -73,9 +76,25 @@ struct RasterStep {
   Indirect indirect;
 };
 
+class FrameExecutor;
+
+// How long what a step leaves may serve later frames.
+enum class Keep : std::uint8_t {
+  while_equal,  // as long as its inputs stay equal; not at all in frames built with Reuse::lasting
+  lasting,      // the same, and in those frames too: tables and noise that outlast every camera
+};
+enum class Reuse : std::uint8_t { all, lasting };
+
 class FrameBuilder {
  public:
+  // A frame that does all its work.
   explicit FrameBuilder(Device& device) : device_(&device) {}
+  // A frame that may leave out what stands from frames that the executor has recorded.
+  explicit FrameBuilder(FrameExecutor& executor, Reuse reuse = Reuse::all);
+
+  // Whether the resource holds what steps with these inputs would write into it. If not, the caller adds those steps;
+  // once the frame has been recorded, the resource counts as made from these inputs.
+  bool stands(const ResourceRef& resource, InputBytes inputs, Keep keep = Keep::while_equal);
 
   void compute(ComputeStep step);
   void raster(RasterStep step);
@@ -101,18 +120,20 @@ class FrameBuilder {
   void add(std::string name, const std::vector<std::pair<ResourceRef, Access>>& uses, RecordFunction record);
 
   Device* device_;
+  const StepMemory* memory_ = nullptr;
+  Reuse reuse_ = Reuse::all;
+  std::vector<StepMemory::Claim> claims_;
   std::vector<ResourceRef> resources_;
   std::vector<std::string> resource_names_;
   std::vector<StepDeclaration> declarations_;
   std::vector<Step> steps_;
 };
 
-struct PassTime {
-  std::string name;
-  double gpu_ms = 0;
-};
+// Frames that may be on their way through the device at once. What a frame needs for itself alone (descriptor sets,
+// framebuffers, queries, read-back buffers) exists so many times.
+inline constexpr std::uint32_t kFramesInFlight = 2;
 
-// Records and runs frames: owns the command buffer, descriptor pool, framebuffers and timestamp queries.
+// Records and runs frames, and remembers what they left (StepMemory).
 class FrameExecutor {
  public:
   explicit FrameExecutor(Device& device);
@@ -122,15 +143,23 @@ class FrameExecutor {
 
   // Records, submits and waits. Times of all passes are available afterwards.
   void run(const FrameBuilder& frame);
-  // Records into a host's command buffer; the host submits. The executor's per-frame objects stay in use until
-  // the next call, so the host must have waited for the previous frame first.
+  // Records into a host's command buffer; the host submits its command buffers in the order they were recorded in. Up
+  // to kFramesInFlight frames may be under way: before frame n is recorded, frame n - kFramesInFlight must have
+  // finished.
   void record(const FrameBuilder& frame, VkCommandBuffer commands);
 
-  // GPU milliseconds per pass name, in frame order, of the last frame (after run, or once a host has waited).
-  std::vector<PassTime> pass_times();
+  // Frames recorded so far; the next one uses slot frames_recorded() % kFramesInFlight of whatever is kept per frame.
+  std::uint64_t frames_recorded() const { return frames_recorded_; }
 
-  // Fragment shader invocations of the last frame's raster steps; 0 where the device can't count them.
-  std::uint64_t fragments_shaded();
+  // GPU milliseconds per pass name, in frame order, of the last recorded frame or one of the kFramesInFlight - 1 before
+  // it; the frame must have finished.
+  std::vector<PassTime> pass_times(std::uint32_t frames_ago = 0);
+
+  // Fragment shader invocations of that frame's raster steps; 0 where the device can't count them.
+  std::uint64_t fragments_shaded(std::uint32_t frames_ago = 0);
+
+  // What recorded frames left. A host that recorded a frame and will not submit it has to clear it.
+  StepMemory& memory() { return memory_; }
 
   // For the steps' own recording.
   void begin_fragment_count(VkCommandBuffer commands);
@@ -139,18 +168,29 @@ class FrameExecutor {
   VkFramebuffer framebuffer(const RasterPipeline& pipeline, const std::vector<const Image*>& color);
 
  private:
-  void begin_frame(std::size_t step_count);
+  friend class FrameBuilder;
+  // What one frame under way needs for itself.
+  struct Slot {
+    VkDescriptorPool descriptors = VK_NULL_HANDLE;
+    VkQueryPool queries = VK_NULL_HANDLE;
+    std::uint32_t query_capacity = 0;
+    VkQueryPool fragment_queries = VK_NULL_HANDLE;  // null: not supported
+    std::uint32_t raster_steps = 0;
+    std::vector<std::string> step_names;
+    std::vector<VkFramebuffer> framebuffers;
+  };
+  void make_slot(Slot& slot);
+  Slot& begin_frame(std::size_t step_count);
+  Slot& slot_of(std::uint32_t frames_ago);
+
   Device& device_;
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;
-  VkDescriptorPool descriptors_ = VK_NULL_HANDLE;
-  VkQueryPool queries_ = VK_NULL_HANDLE;
-  std::uint32_t query_capacity_ = 0;
-  VkQueryPool fragment_queries_ = VK_NULL_HANDLE;  // null: not supported
-  std::uint32_t raster_steps_ = 0;                 // of the frame being recorded, or the last one
-  std::vector<std::string> step_names_;
-  std::vector<VkFramebuffer> framebuffers_;
+  std::array<Slot, kFramesInFlight> slots_;
+  Slot* recording_ = nullptr;  // the slot of the frame that is being recorded
+  std::uint64_t frames_recorded_ = 0;
+  StepMemory memory_;
 };
 
 }  // namespace nephele

@@ -1,5 +1,6 @@
 #include "engine/resources.h"
 
+#include <atomic>
 #include <utility>
 
 namespace nephele {
@@ -35,6 +36,11 @@ VkBufferImageCopy whole_image(const Image& image) {
 
 }  // namespace
 
+std::uint64_t next_resource_id() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 std::uint32_t format_bytes(VkFormat format) {
   switch (format) {
     case VK_FORMAT_R8_UNORM:
@@ -60,7 +66,7 @@ std::uint32_t format_bytes(VkFormat format) {
 }
 
 Buffer::Buffer(Device& device, std::string name, VkDeviceSize bytes, Memory memory)
-    : device_(&device), name_(std::move(name)), bytes_(bytes) {
+    : device_(&device), id_(next_resource_id()), name_(std::move(name)), bytes_(bytes) {
   NEPHELE_CHECK(bytes > 0, "buffer ", name_);
   VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   info.size = bytes;
@@ -96,6 +102,7 @@ Buffer::~Buffer() {
 
 void Buffer::swap(Buffer& other) noexcept {
   std::swap(device_, other.device_);
+  std::swap(id_, other.id_);
   std::swap(name_, other.name_);
   std::swap(buffer_, other.buffer_);
   std::swap(memory_, other.memory_);
@@ -148,7 +155,7 @@ void Buffer::read(std::span<std::byte> data) const {
 }
 
 Image::Image(Device& device, std::string name, const ImageDesc& desc)
-    : device_(&device), name_(std::move(name)), desc_(desc) {
+    : device_(&device), id_(next_resource_id()), name_(std::move(name)), desc_(desc) {
   const bool is_3d = desc.depth > 1 || desc.force_3d;
   VkFormatProperties properties{};
   vkGetPhysicalDeviceFormatProperties(device.physical(), desc.format, &properties);
@@ -204,6 +211,7 @@ Image::~Image() {
 
 void Image::swap(Image& other) noexcept {
   std::swap(device_, other.device_);
+  std::swap(id_, other.id_);
   std::swap(name_, other.name_);
   std::swap(desc_, other.desc_);
   std::swap(image_, other.image_);

@@ -2,6 +2,7 @@
 // Every image lives in VK_IMAGE_LAYOUT_GENERAL from its creation on, so that barriers are memory barriers only.
 #pragma once
 
+#include <cstdint>
 #include <cstring>
 #include <span>
 #include <string>
@@ -11,6 +12,9 @@
 #include "engine/device.h"
 
 namespace nephele {
+
+// A number that no other buffer or image of this process has had: an address may come back, a number does not.
+std::uint64_t next_resource_id();
 
 class Buffer {
  public:
@@ -33,6 +37,7 @@ class Buffer {
   VkBuffer vk() const { return buffer_; }
   VkDeviceSize bytes() const { return bytes_; }
   const std::string& name() const { return name_; }
+  std::uint64_t id() const { return id_; }
   void* mapped() const { return mapped_; }
 
   // The whole buffer as texels of R32_UINT or R32G32B32A32_UINT, made at the first call; device memory only.
@@ -55,6 +60,7 @@ class Buffer {
  private:
   void swap(Buffer& other) noexcept;
   Device* device_ = nullptr;
+  std::uint64_t id_ = 0;
   std::string name_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
@@ -68,6 +74,8 @@ struct ImageDesc {
   std::uint32_t width = 1, height = 1, depth = 1;  // depth > 1 makes a 3D image
   bool attachment = false;                         // also colour and input attachment
   bool force_3d = false;                           // a 3D image even when depth is 1
+
+  bool operator==(const ImageDesc&) const = default;
 };
 
 class Image {
@@ -87,6 +95,7 @@ class Image {
   VkImageView view() const { return view_; }
   const ImageDesc& desc() const { return desc_; }
   const std::string& name() const { return name_; }
+  std::uint64_t id() const { return id_; }
   VkExtent3D extent() const { return {desc_.width, desc_.height, desc_.depth}; }
   VkDeviceSize tight_bytes() const;  // bytes of all texels, tightly packed
 
@@ -97,6 +106,7 @@ class Image {
  private:
   void swap(Image& other) noexcept;
   Device* device_ = nullptr;
+  std::uint64_t id_ = 0;
   std::string name_;
   ImageDesc desc_;
   VkImage image_ = VK_NULL_HANDLE;

@@ -29,47 +29,47 @@ bool by_nearest_point(const RenderSettings& settings) {
 }  // namespace
 
 struct FramePasses::Clouds {
-  Clouds(Device& device, const Tables& tables_in, const Scene& scene, const RenderSettings& settings,
+  Clouds(Workshop& make, const GpuTables& tables, const Scene& scene, const RenderSettings& settings,
          const FrameConstants& constants)
-      : particles(device, constants, scene.particles, 0,
+      : particles(make, constants, scene.particles, 0,
                   scene.clouds && scene.clouds->weather_map ? &*scene.clouds->weather_map : nullptr),
-        tables(device, tables_in),
-        light_tiles(device, particles.capacity(),
-                    std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
-        occlusion(device, particles.capacity()),
-        sort(device, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
-        shadow(device, kShadowTexelsPerTile),
-        layer(device, tables, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend,
+        light_tiles(make, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
+        occlusion(make, particles.capacity()),
+        sort(make, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
+        shadow(make, kShadowTexelsPerTile),
+        layer(make, tables, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend,
               settings.blend, particles.capacity(), settings.method == Method::raymarch ? settings.march_steps : 0),
-        counters_back(device, "counters_back", sizeof(FrameCounters), Buffer::Memory::readback) {}
+        counters_back{&make.buffer("counters_back_0", sizeof(FrameCounters), Buffer::Memory::readback),
+                      &make.buffer("counters_back_1", sizeof(FrameCounters), Buffer::Memory::readback)} {}
 
   CloudParticles particles;
-  GpuTables tables;
   LightTiles light_tiles;
   Occlusion occlusion;
   ViewSort sort;
   CloudShadow shadow;
   CloudLayer layer;
-  Buffer counters_back;
-  const Buffer* all_particles = nullptr;  // of the last frame
+  std::array<const Buffer*, kFramesInFlight> counters_back;  // by slot
+  const Buffer* all_particles = nullptr;                     // of the last frame
 };
 
-FramePasses::FramePasses(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings,
-                         const FrameConstants& constants)
-    : constants_(device, "frame_constants", sizeof(FrameConstants)),
-      atmosphere_(device),
-      composite_(device),
-      hdr_(device, "hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height}),
-      display_(device, "display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height}),
-      no_host_(device, "no_host", {VK_FORMAT_R32_SFLOAT}) {
+FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const DetailNoise& noise, const Scene& scene,
+                         const RenderSettings& settings, const FrameConstants& constants)
+    : tables_(tables),
+      noise_(noise),
+      constants_(make.buffer("frame_constants", sizeof(FrameConstants))),
+      atmosphere_(make),
+      composite_(make),
+      hdr_(make.image("hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height})),
+      display_(make.image("display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height})),
+      no_host_(make.image("no_host", {VK_FORMAT_R32_SFLOAT})) {
   if (constants.clouds_enabled || !scene.particles.empty())
-    clouds_ = std::make_unique<Clouds>(device, tables, scene, settings, constants);
+    clouds_ = std::make_unique<Clouds>(make, tables_, scene, settings, constants);
 }
 
 FramePasses::~FramePasses() = default;
 
 void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m,
-                      const HostScene& host, const shared::WeatherPlacement& weather) {
+                      const HostScene& host, const shared::WeatherPlacement& weather, std::uint32_t slot) {
   frame.update("frame_constants", constants_, as_push(constants));
   CompositeInputs composite{.frame_constants = &constants_,
                             .host_distance = host.distance_m ? host.distance_m : &no_host_,
@@ -79,12 +79,12 @@ void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, cons
         &atmosphere_.add(frame, constants, constants_,
                          {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
                           .aerial_perspective = clouds_ != nullptr || constants.host_scene});
-  if (clouds_) add_clouds(frame, constants, camera_world_m, weather, composite);
+  if (clouds_) add_clouds(frame, constants, camera_world_m, weather, composite, slot);
   composite_.add(frame, composite, camera_world_m, hdr_, display_);
 }
 
 void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m,
-                             const shared::WeatherPlacement& weather, CompositeInputs& composite) {
+                             const shared::WeatherPlacement& weather, CompositeInputs& composite, std::uint32_t slot) {
   Clouds& c = *clouds_;
   const Image* transmittance = constants.atmosphere_enabled ? &atmosphere_.tables().transmittance : nullptr;
   const CloudParticles::Outputs particles = c.particles.add(frame, constants, constants_, camera_world_m, weather);
@@ -94,7 +94,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
                                          tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
   c.layer.add(frame, {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
-                      atmosphere_.tables().sky_irradiance, *composite.host_distance});
+                      atmosphere_.tables().sky_irradiance, noise_.image(), *composite.host_distance});
   composite.layer_color = &c.layer.layer_color();
   composite.layer_depth = &c.layer.layer_depth();
   if (constants.scale > 1) {
@@ -104,18 +104,13 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   }
   if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
     composite.cloud_shadow = &c.shadow.add(frame, constants_, tiles);
-  frame.read_back("read_counters", particles.counters, c.counters_back, sizeof(FrameCounters));
+  frame.read_back("read_counters", particles.counters, *c.counters_back[slot], sizeof(FrameCounters));
 }
 
-void FramePasses::forget() {
-  atmosphere_.forget();
-  if (clouds_) clouds_->particles.forget();
-}
-
-void FramePasses::count(FrameStats& stats) const {
+void FramePasses::count(FrameStats& stats, std::uint32_t slot) const {
   stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}, {"screen_pairs", 0}, {"rays", 0}};
   if (!clouds_) return;
-  const FrameCounters& counters = *static_cast<const FrameCounters*>(clouds_->counters_back.mapped());
+  const FrameCounters& counters = *static_cast<const FrameCounters*>(clouds_->counters_back[slot]->mapped());
   stats.particles_generated = counters.particle_count;
   stats.particles_visible = counters.visible_count;
   stats.overflow["particles"] = counters.particle_demand - counters.particle_count;
@@ -126,9 +121,9 @@ void FramePasses::count(FrameStats& stats) const {
   stats.pairs_shaded = counters.pairs_shaded;
 }
 
-std::vector<shared::Particle> FramePasses::read_particles() const {
+std::vector<shared::Particle> FramePasses::read_particles(std::uint32_t slot) const {
   if (!clouds_ || !clouds_->all_particles) return {};
-  const auto& counters = *static_cast<const FrameCounters*>(clouds_->counters_back.mapped());
+  const auto& counters = *static_cast<const FrameCounters*>(clouds_->counters_back[slot]->mapped());
   return clouds_->all_particles->read_vector<shared::Particle>(counters.particle_count);
 }
 

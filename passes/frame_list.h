@@ -6,6 +6,7 @@
 
 #include "lut/gpu_tables.h"
 #include "passes/layer/cloud_layer.h"
+#include "passes/layer/detail_noise.h"
 #include "passes/nephele.h"
 #include "passes/sky/atmosphere.h"
 #include "passes/sky/composite.h"
@@ -16,36 +17,37 @@ namespace nephele {
 
 class FramePasses {
  public:
-  FramePasses(Device& device, const Tables& tables, const Scene& scene, const RenderSettings& settings,
-              const shared::FrameConstants& constants);
+  // The tables and the noise must outlive it.
+  FramePasses(Workshop& make, const GpuTables& tables, const DetailNoise& noise, const Scene& scene,
+              const RenderSettings& settings, const shared::FrameConstants& constants);
   ~FramePasses();
 
-  // Appends all steps that this frame's scene needs and no earlier frame has done alike: every frame built must also be
-  // run, in order. host: empty unless constants.host_scene; weather: of the scene's map.
+  // Appends all steps that this frame's scene needs and no earlier frame has done alike. host: empty unless
+  // constants.host_scene; weather: of the scene's map. slot: of the read-back buffers, below kFramesInFlight.
   void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m,
-           const HostScene& host, const shared::WeatherPlacement& weather);
+           const HostScene& host, const shared::WeatherPlacement& weather, std::uint32_t slot);
 
-  // The next frame does all its work but the atmosphere's lasting tables, whatever an earlier one left.
-  void forget();
-
-  // Counts of the last frame, once it has run.
-  void count(FrameStats& stats) const;
+  // Counts of the last frame that was added with this slot, once it has run.
+  void count(FrameStats& stats, std::uint32_t slot) const;
 
   const Image& hdr() const { return hdr_; }
   const Image& display() const { return display_; }
-  std::vector<shared::Particle> read_particles() const;
+  std::vector<shared::Particle> read_particles(std::uint32_t slot) const;
   const CloudLayer* cloud_layer() const;  // null when the scene has no clouds at all
 
  private:
   struct Clouds;  // everything that only a scene with clouds needs
   void add_clouds(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m,
-                  const shared::WeatherPlacement& weather, CompositeInputs& composite);
+                  const shared::WeatherPlacement& weather, CompositeInputs& composite, std::uint32_t slot);
 
-  Buffer constants_;
+  const GpuTables& tables_;
+  const DetailNoise& noise_;
+  const Buffer& constants_;
   AtmospherePass atmosphere_;
   CompositePass composite_;
-  Image hdr_, display_;
-  Image no_host_;  // bound where there is no host's image, never read
+  const Image& hdr_;
+  const Image& display_;
+  const Image& no_host_;  // bound where there is no host's image, never read
   std::unique_ptr<Clouds> clouds_;
 };
 

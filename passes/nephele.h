@@ -2,14 +2,21 @@
 //
 //   auto device = nephele::Device::create(nephele::DeviceOptions::from_environment());
 //   auto tables = nephele::load_or_bake(parameters, nephele::default_cache_dir());
-//   auto renderer = nephele::Renderer::create(**device, *tables, scene, settings);
+//   auto sky = nephele::Sky::create(**device, *tables);
+//   auto renderer = nephele::Renderer::create(**sky, scene, settings);
 //   (*renderer)->render(camera, time_s);
 //   auto pixels = (*renderer)->read_display();
+//   (*renderer)->set(scene_at_noon, settings);  // from the next frame on
 //
-// A host that has a VkDevice lends it through Device::adopt and records frames into its own command buffers.
+// A host that has a VkDevice lends it through Device::adopt (engine/device.h) and records frames into its own command
+// buffers. The device must be one of Vulkan 1.3 with a queue for graphics and compute that has timestamps, created with
+// the features scalarBlockLayout, synchronization2, maintenance4, fragmentStoresAndAtomics and independentBlend.
+// Optional, and named to adopt when enabled: VK_EXT_fragment_shader_interlock (fragmentShaderPixelInterlock),
+// VK_EXT_rasterization_order_attachment_access (rasterizationOrderColorAttachmentAccess), pipelineStatisticsQuery.
 //
-// A frame depends on scene, camera and time alone. Work whose inputs stayed the same since the frame before is not done
-// again; what it left is what it would leave again, bit for bit. One thread at a time.
+// A frame depends on scene, settings, camera and time alone. Work whose inputs stayed the same since the frame before
+// is not done again; what it left is what it would leave again, bit for bit. Sky and its renderers: one thread at a
+// time.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +26,18 @@
 #include <vector>
 
 #include "engine/device.h"
-#include "engine/frame.h"
+#include "engine/pass_time.h"
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "lut/tables.h"
 #include "passes/layer/cloud_layer.h"
-#include "shared/types.h"
 
 namespace nephele {
+
+class Image;
+namespace shared {
+struct Particle;  // shared/types.h
+}
 
 // [Yusov14] Table 1: cells along a ring's side, rings, layers (here: above the base particle).
 enum class Quality : std::uint8_t { low, medium, high };
@@ -69,7 +80,7 @@ struct FrameStats {
   std::uint32_t particles_visible = 0;
   std::map<std::string, std::uint64_t> overflow;  // buffer -> items that found no room; all 0 in a good frame
   std::vector<PassTime> passes;                   // GPU time by pass, in frame order; none when nothing had changed
-  double frame_ms = 0;                            // wall time of the whole frame, recording included
+  double frame_ms = 0;                            // wall time of the whole frame, recording included; 0 from collect()
   double cpu_ms = 0;                              // of that: building and recording on the CPU
   std::uint64_t gpu_memory_bytes = 0;
   std::uint64_t fragments_shaded = 0;  // cloud fragments; 0 where the device can't count them
@@ -77,31 +88,59 @@ struct FrameStats {
   std::string backend;                 // the one in use
 };
 
+// What all renderers of a device share: pipelines, the tables on the device, noise. Outlives its renderers.
+class Sky {
+ public:
+  // The device must outlive it. One clear line when the device lacks something that every frame needs.
+  static Result<std::unique_ptr<Sky>> create(Device& device, const Tables& tables);
+  ~Sky();
+
+  Device& device() const;
+  std::size_t pipeline_count() const;  // pipelines made so far
+
+ private:
+  friend class Renderer;
+  struct Implementation;
+  explicit Sky(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
 class Renderer {
  public:
-  // One clear line when the device lacks the backend or the settings are out of range; create fails with it, and with
-  // that of check_weather_map.
+  // One clear line when the device lacks the backend or the settings are out of range; create and set fail with it,
+  // with that of check_weather_map, and when the scene's phase function is not the one that the sky's tables are baked
+  // for.
   static Result<void> check(const Device& device, const RenderSettings& settings);
-  static Result<std::unique_ptr<Renderer>> create(Device& device, const Tables& tables, const Scene& scene,
-                                                  const RenderSettings& settings);
+  static Result<std::unique_ptr<Renderer>> create(Sky& sky, const Scene& scene, const RenderSettings& settings);
+  // Frames recorded so far must have finished.
   ~Renderer();
+
+  // Another scene or other settings, from the next frame on, which is bit for bit a new renderer's. Compiles nothing
+  // for another sun, sky, exposure, cloud or blend, and allocates only what must be larger than it was or of another
+  // size. On an error all stays as it was. Frames that are still under way are not disturbed; images of another size
+  // than before are other images.
+  Result<void> set(const Scene& scene, const RenderSettings& settings);
 
   // Renders one frame and waits for it. The camera is in world space; time moves the clouds with the wind.
   void render(const CameraState& camera, double time_s, const HostScene& host = {});
 
-  // The same for a host with its own command buffer (of a device lent through Device::adopt): records the frame, the
-  // host submits it, as the next one builds on it. Before the next frame is recorded the host must have waited for this
-  // one; then collect() reads its times and counts. The images below are in layout GENERAL, made visible to everything
-  // that follows.
+  // The same for a host with its own command buffer (of a device lent through Device::adopt): records the frame, and
+  // the host submits it, in the order of recording. Two frames may be under way: before a frame is recorded the host
+  // must have waited for the last but one. The images below are in layout GENERAL, made visible to everything that
+  // follows.
   void record(const CameraState& camera, double time_s, VkCommandBuffer commands, const HostScene& host = {});
+  // Reads times and counts of the oldest recorded frame that has not been collected into stats(); the host must have
+  // waited for that frame. Of two frames at most: those of older ones are gone.
   void collect();
+  // For a host that recorded frames and did not submit them: the next frame relies on no earlier one.
+  void forget();
   const Image& hdr() const;      // RGBA32F, linear radiance before exposure
   const Image& display() const;  // RGBA8, tone-mapped sRGB
   const Image* cloud_color()
       const;  // RGBA32F, premultiplied radiance and transmittance; null: a scene without clouds, or not kept
   const Image* cloud_depth() const;  // R32F, metres to the first matter, +inf without
 
-  // Of the last frame, row by row from the top left.
+  // Of the last frame, which must have finished; row by row from the top left.
   std::vector<float> read_hdr();             // linear R G B A, before exposure and tone mapping; A = 1
   std::vector<std::uint8_t> read_display();  // tone-mapped sRGB R G B A
   std::vector<float> read_layers();          // R G B T Z: the cloud layer alone, if it is kept; Z = +inf without matter

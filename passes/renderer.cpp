@@ -2,10 +2,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
-#include <optional>
+#include <deque>
 
 #include "engine/camera.h"
+#include "engine/frame.h"
+#include "engine/workshop.h"
 #include "passes/frame_list.h"
 #include "passes/nephele.h"
 #include "shared/light.h"
@@ -115,47 +116,60 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   return c;
 }
 
-// All that a frame of a scene depends on but the content of a host's images.
-struct Inputs {
-  FrameConstants constants;
-  glm::dvec3 camera_m;
-  shared::WeatherPlacement weather;
-  bool host;
-};
+std::string phase_text(std::uint32_t function, double g) {
+  return concat(function == shared::kPhaseCornetteShanks ? "cs" : "hg", " with g = ", g);
+}
+
+Result<void> check_phase(const FrameConstants& wanted, const PhaseSettings& phase, const TableParameters& tables) {
+  if (wanted.phase_function == tables.phase_function && phase.g == tables.g_multiple) return {};
+  return Error{concat("the scene's phase function is ", phase_text(wanted.phase_function, phase.g),
+                      "; the sky's tables are baked for ", phase_text(tables.phase_function, tables.g_multiple))};
+}
 
 }  // namespace
 
-struct Renderer::Implementation {
-  Implementation(Device& device_in, const Tables& tables, const Scene& scene_in, const RenderSettings& settings_in)
-      : device(device_in),
-        scene(counted_from_origin(scene_in)),
-        settings(settings_in),
-        constants(fixed_constants(scene, settings)),
-        passes(device, tables, scene, settings, constants),
-        executor(device) {}
+struct Sky::Implementation {
+  Implementation(Device& device, const Tables& baked) : kernels(device), tables(device, baked), noise(kernels) {}
 
-  // The steps of one frame.
+  Kernels kernels;
+  GpuTables tables;
+  DetailNoise noise;
+};
+
+struct Renderer::Implementation {
+  explicit Implementation(Sky::Implementation& sky_in)
+      : sky(sky_in), device(sky.kernels.device()), workshop(sky.kernels), executor(device) {}
+
+  void set(const Scene& scene_in, const RenderSettings& settings_in) {
+    scene = counted_from_origin(scene_in);
+    settings = settings_in;
+    constants = fixed_constants(scene, settings);
+    ++changes;
+    workshop.begin();
+    passes = std::make_unique<FramePasses>(workshop, sky.tables, sky.noise, scene, settings, constants);
+    workshop.end(executor.frames_recorded());
+  }
+
+  // The steps of one frame; none when the last frame's image is this one's too. A host's images may change without a
+  // word.
   FrameBuilder build(const CameraState& camera, double time_s, const HostScene& host) {
     check_host(host);
     constants.host_scene = host.distance_m != nullptr;
     place_camera(camera, time_s);
-    FrameBuilder frame(device);
-    if (!settings.reuse) passes.forget();
-    const Inputs inputs{constants, camera.position_m, weather_placement(scene, camera.position_m, time_s),
-                        host.distance_m != nullptr};
-    if (!settings.reuse || !stands_for(inputs)) {
-      passes.add(frame, constants, from_origin(scene, camera.position_m), host, inputs.weather);
-      shown = inputs;
+    workshop.free_unused(executor.frames_recorded());
+    FrameBuilder frame(executor, settings.reuse ? Reuse::all : Reuse::lasting);
+    const shared::WeatherPlacement weather = weather_placement(scene, camera.position_m, time_s);
+    const bool same = frame.stands(&passes->hdr(), as_inputs(changes, constants, camera.position_m, weather));
+    if (same && !host.distance_m) {
+      recorded.push_back({recorded.empty() ? last_counted : recorded.back().counts, 0});
+    } else {
+      const auto slot = static_cast<std::uint32_t>(executor.frames_recorded() % kFramesInFlight);
+      passes->add(frame, constants, from_origin(scene, camera.position_m), host, weather, slot);
+      recorded.push_back({slot, 0});
     }
+    if (recorded.size() > kFramesInFlight) recorded.pop_front();
     description = frame.describe();
     return frame;
-  }
-
-  // Whether the last frame's image is this one's too. A host's may change without a word.
-  bool stands_for(const Inputs& inputs) const {
-    return shown && !shown->host && !inputs.host && shown->camera_m == inputs.camera_m &&
-           std::memcmp(&shown->constants, &inputs.constants, sizeof constants) == 0 &&
-           std::memcmp(&shown->weather, &inputs.weather, sizeof inputs.weather) == 0;
   }
 
   void check_host(const HostScene& host) const {
@@ -177,16 +191,37 @@ struct Renderer::Implementation {
     constants.growth_turns = growth_turns(scene, time_s);
   }
 
+  // A recorded frame that has not been collected.
+  struct Recorded {
+    std::uint32_t counts;  // slot of the read-back buffer with the counts that hold for it
+    double cpu_ms;
+  };
+
+  Sky::Implementation& sky;
   Device& device;
   Scene scene;
   RenderSettings settings;
-  FrameConstants constants;
-  std::optional<Inputs> shown;  // by the last frame
-  FramePasses passes;
+  FrameConstants constants{};
+  std::uint64_t changes = 0;  // of scene or settings
+  Workshop workshop;
+  std::unique_ptr<FramePasses> passes;
   FrameExecutor executor;
+  std::deque<Recorded> recorded;   // oldest first
+  std::uint32_t last_counted = 0;  // slot of the last collected frame's counts
   FrameStats stats;
   std::string description;
 };
+
+Sky::Sky(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+Sky::~Sky() = default;
+
+Result<std::unique_ptr<Sky>> Sky::create(Device& device, const Tables& tables) {
+  if (!device.info().usable) return Error{concat("device '", device.info().name, "' lacks ", device.info().missing)};
+  return std::unique_ptr<Sky>(new Sky(std::make_unique<Implementation>(device, tables)));
+}
+
+Device& Sky::device() const { return implementation_->kernels.device(); }
+std::size_t Sky::pipeline_count() const { return implementation_->kernels.count(); }
 
 const char* method_name(Method method) { return method == Method::raymarch ? "raymarch" : "particles"; }
 
@@ -218,74 +253,92 @@ Result<void> Renderer::check(const Device& device, const RenderSettings& setting
   return {};
 }
 
-Result<std::unique_ptr<Renderer>> Renderer::create(Device& device, const Tables& tables, const Scene& scene,
-                                                   const RenderSettings& settings) {
-  if (auto ok = check(device, settings); !ok) return ok.error();
+Result<std::unique_ptr<Renderer>> Renderer::create(Sky& sky, const Scene& scene, const RenderSettings& settings) {
+  std::unique_ptr<Renderer> renderer(new Renderer(std::make_unique<Implementation>(*sky.implementation_)));
+  if (auto ok = renderer->set(scene, settings); !ok) return ok.error();
+  return renderer;
+}
+
+Result<void> Renderer::set(const Scene& scene, const RenderSettings& settings) {
+  Implementation& r = *implementation_;
+  if (auto ok = check(r.device, settings); !ok) return ok;
   if (scene.clouds && scene.clouds->weather_map)
-    if (auto ok = check_weather_map(*scene.clouds->weather_map); !ok) return ok.error();
+    if (auto ok = check_weather_map(*scene.clouds->weather_map); !ok) return ok;
+  if (auto ok = check_phase(fixed_constants(scene, settings), scene.phase, r.sky.tables.parameters()); !ok) return ok;
   RenderSettings resolved = settings;
   resolved.backend =
-      settings.method == Method::raymarch ? Backend::tiled : resolve_backend(device.info(), settings.backend);
-  return std::unique_ptr<Renderer>(new Renderer(std::make_unique<Implementation>(device, tables, scene, resolved)));
+      settings.method == Method::raymarch ? Backend::tiled : resolve_backend(r.device.info(), settings.backend);
+  r.set(scene, resolved);
+  return {};
 }
 
 void Renderer::render(const CameraState& camera, double time_s, const HostScene& host) {
   Implementation& r = *implementation_;
   const auto start = std::chrono::steady_clock::now();
+  r.recorded.clear();  // frames that a host has not collected
   const FrameBuilder frame = r.build(camera, time_s, host);
-  r.stats.cpu_ms = milliseconds_since(start);
+  r.recorded.back().cpu_ms = milliseconds_since(start);
   r.executor.run(frame);
-  r.stats.frame_ms = milliseconds_since(start);
+  const double frame_ms = milliseconds_since(start);
   collect();
+  r.stats.frame_ms = frame_ms;
 }
 
 void Renderer::record(const CameraState& camera, double time_s, VkCommandBuffer commands, const HostScene& host) {
   Implementation& r = *implementation_;
   const auto start = std::chrono::steady_clock::now();
   r.executor.record(r.build(camera, time_s, host), commands);
-  r.stats.cpu_ms = milliseconds_since(start);
-  r.stats.frame_ms = 0;  // the host's to measure
+  r.recorded.back().cpu_ms = milliseconds_since(start);
 }
 
 void Renderer::collect() {
   Implementation& r = *implementation_;
-  r.stats.passes = r.executor.pass_times();
-  if (!r.stats.passes.empty()) r.stats.fragments_shaded = r.executor.fragments_shaded();
+  if (r.recorded.empty()) return;
+  const auto frames_ago = static_cast<std::uint32_t>(r.recorded.size() - 1);
+  const Implementation::Recorded frame = r.recorded.front();
+  r.recorded.pop_front();
+  r.last_counted = frame.counts;
+  r.stats.cpu_ms = frame.cpu_ms;
+  r.stats.frame_ms = 0;  // the host's to measure
+  r.stats.passes = r.executor.pass_times(frames_ago);
+  if (!r.stats.passes.empty()) r.stats.fragments_shaded = r.executor.fragments_shaded(frames_ago);
   r.stats.gpu_memory_bytes = r.device.allocated_bytes();
   r.stats.backend =
       r.settings.method == Method::raymarch ? method_name(r.settings.method) : backend_name(r.settings.backend);
-  r.passes.count(r.stats);
+  r.passes->count(r.stats, frame.counts);
 }
 
-const Image& Renderer::hdr() const { return implementation_->passes.hdr(); }
-const Image& Renderer::display() const { return implementation_->passes.display(); }
+void Renderer::forget() { implementation_->executor.memory().forget(); }
+
+const Image& Renderer::hdr() const { return implementation_->passes->hdr(); }
+const Image& Renderer::display() const { return implementation_->passes->display(); }
 
 const Image* Renderer::cloud_color() const {
-  const CloudLayer* layer = implementation_->passes.cloud_layer();
+  const CloudLayer* layer = implementation_->passes->cloud_layer();
   return layer ? layer->color() : nullptr;
 }
 
 const Image* Renderer::cloud_depth() const {
-  const CloudLayer* layer = implementation_->passes.cloud_layer();
+  const CloudLayer* layer = implementation_->passes->cloud_layer();
   return layer ? layer->depth() : nullptr;
 }
 
 std::vector<float> Renderer::read_hdr() {
   std::vector<float> pixels(std::size_t{4} * implementation_->settings.width * implementation_->settings.height);
-  implementation_->passes.hdr().read(std::as_writable_bytes(std::span(pixels)));
+  implementation_->passes->hdr().read(std::as_writable_bytes(std::span(pixels)));
   return pixels;
 }
 
 std::vector<std::uint8_t> Renderer::read_display() {
   std::vector<std::uint8_t> pixels(std::size_t{4} * implementation_->settings.width * implementation_->settings.height);
-  implementation_->passes.display().read(std::as_writable_bytes(std::span(pixels)));
+  implementation_->passes->display().read(std::as_writable_bytes(std::span(pixels)));
   return pixels;
 }
 
 std::vector<float> Renderer::read_layers() {
   const std::size_t count = std::size_t{implementation_->settings.width} * implementation_->settings.height;
   std::vector<float> layers(5 * count);
-  const CloudLayer* clouds = implementation_->passes.cloud_layer();
+  const CloudLayer* clouds = implementation_->passes->cloud_layer();
   std::vector<glm::vec4> color(count, glm::vec4(0, 0, 0, 1));
   std::vector<float> depth(count, INFINITY);
   if (clouds) {
@@ -300,7 +353,10 @@ std::vector<float> Renderer::read_layers() {
   return layers;
 }
 
-std::vector<shared::Particle> Renderer::read_particles() { return implementation_->passes.read_particles(); }
+std::vector<shared::Particle> Renderer::read_particles() {
+  const Implementation& r = *implementation_;
+  return r.passes->read_particles(r.recorded.empty() ? r.last_counted : r.recorded.back().counts);
+}
 
 const FrameStats& Renderer::stats() const { return implementation_->stats; }
 

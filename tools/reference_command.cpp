@@ -50,8 +50,10 @@ Result<std::vector<shared::Particle>> rendered_particles(const Scene& scene, con
                                                          const ReferenceOptions& options) {
   const Result<std::unique_ptr<Device>> device = Device::create(DeviceOptions::from_environment(options.device));
   if (!device) return device.error();
+  const Result<std::unique_ptr<Sky>> sky = Sky::create(**device, tables);
+  if (!sky) return sky.error();
   const Result<std::unique_ptr<Renderer>> renderer =
-      Renderer::create(**device, tables, scene, {.width = 8, .height = 8, .quality = quality_named(options.quality)});
+      Renderer::create(**sky, scene, {.width = 8, .height = 8, .quality = quality_named(options.quality)});
   if (!renderer) return renderer.error();
   (*renderer)->render(scene.camera, options.time_s);
   for (const auto& [buffer, lost] : (*renderer)->stats().overflow)

@@ -151,7 +151,9 @@ Result<void> run_render(const RenderOptions& options) {
   if (!device) return device.error();
   const Result<Tables> tables = tables_for_scene(job->scene, options.tables, options.quiet);
   if (!tables) return tables.error();
-  const Result<std::unique_ptr<Renderer>> made = Renderer::create(**device, *tables, job->scene, job->settings);
+  const Result<std::unique_ptr<Sky>> sky = Sky::create(**device, *tables);
+  if (!sky) return sky.error();
+  const Result<std::unique_ptr<Renderer>> made = Renderer::create(**sky, job->scene, job->settings);
   if (!made) return made.error();
   Renderer& renderer = **made;
 

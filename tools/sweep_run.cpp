@@ -46,31 +46,34 @@ class SweepRun {
   }
 
  private:
-  // Everything that can be refused is, before anything is measured; the tables are baked on the way.
+  // Everything that can be refused is, before anything is measured; the skies are made on the way.
   Result<void> check(const std::string& name, const SweepPicture& picture) {
     if (auto ok = Renderer::check(device_, picture.render); !ok) return Error{name + ": " + ok.error().message};
-    const Result<const Tables*> tables = tables_for(picture);
-    if (!tables) return tables.error();
+    const Result<Sky*> sky = sky_for(picture);
+    if (!sky) return sky.error();
     return {};
   }
 
-  Result<const Tables*> tables_for(const SweepPicture& picture) {
+  // One for each set of tables.
+  Result<Sky*> sky_for(const SweepPicture& picture) {
     Result<TableParameters> preset = TableParameters::preset(picture.table_preset);
     if (!preset) return preset.error();
     const TableParameters parameters = with_phase(*preset, picture.scene);
     const std::string key = concat(picture.table_preset, ' ', parameters.phase_function, ' ', parameters.g_multiple);
-    if (const auto found = tables_.find(key); found != tables_.end()) return &found->second;
-    Result<Tables> tables =
+    if (const auto found = skies_.find(key); found != skies_.end()) return found->second.get();
+    const Result<Tables> tables =
         load_or_bake(parameters, default_cache_dir(),
                      [&](const std::string& stage, double fraction) { progress_.show(stage, fraction); });
     if (!tables) return tables.error();
-    return &tables_.emplace(key, std::move(*tables)).first->second;
+    Result<std::unique_ptr<Sky>> sky = Sky::create(device_, *tables);
+    if (!sky) return sky.error();
+    return skies_.emplace(key, std::move(*sky)).first->second.get();
   }
 
   Result<std::unique_ptr<Renderer>> make_renderer(const SweepPicture& picture) {
-    const Result<const Tables*> tables = tables_for(picture);
-    if (!tables) return tables.error();
-    return Renderer::create(device_, **tables, picture.scene, picture.render);
+    const Result<Sky*> sky = sky_for(picture);
+    if (!sky) return sky.error();
+    return Renderer::create(**sky, picture.scene, picture.render);
   }
 
   Result<const ImageF*> reference_for(const SweepVariant& variant) {
@@ -179,7 +182,7 @@ class SweepRun {
   Device& device_;
   SweepRecord& record_;
   Progress progress_;
-  std::map<std::string, Tables> tables_;
+  std::map<std::string, std::unique_ptr<Sky>> skies_;
   std::map<std::string, Warm> kept_;
   ImageF reference_;
   std::string reference_key_;

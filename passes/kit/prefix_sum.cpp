@@ -12,18 +12,18 @@ struct Push {
 }  // namespace
 
 // On a CPU a dispatch costs as much as some thousand values: long runs take fewer levels. A GPU wants threads.
-PrefixSum::PrefixSum(Device& device, std::uint32_t max_count) : max_count_(max_count) {
-  const bool cpu = device.info().on_cpu();
+PrefixSum::PrefixSum(Workshop& make, const std::string& name, std::uint32_t max_count) : max_count_(max_count) {
+  const bool cpu = make.device().info().on_cpu();
   run_ = cpu ? 256 : 64;
   local_size_ = cpu ? 16 : 64;
   const SpecConstant constants[] = {{0, run_}, {1, local_size_}};
-  reduce_ = ComputeKernel(device, shaders::prefix_sum_reduce_comp, constants);
-  scan_ = ComputeKernel(device, shaders::prefix_sum_scan_comp, constants);
-  scan_top_ = ComputeKernel(device, shaders::prefix_sum_scan_comp_top, constants);
+  reduce_ = &make.compute(shaders::prefix_sum_reduce_comp, constants);
+  scan_ = &make.compute(shaders::prefix_sum_scan_comp, constants);
+  scan_top_ = &make.compute(shaders::prefix_sum_scan_comp_top, constants);
   for (std::uint32_t count = max_count; count > run_;) {
     count = (count + run_ - 1) / run_;
-    const std::string name = "prefix_sums_" + std::to_string(sums_.size());
-    sums_.emplace_back(device, name, VkDeviceSize{count} * sizeof(std::uint32_t));
+    const std::string level = name + "_sums_" + std::to_string(sums_.size());
+    sums_.push_back(&make.buffer(level, VkDeviceSize{count} * sizeof(std::uint32_t)));
   }
 }
 
@@ -40,9 +40,9 @@ void PrefixSum::add(FrameBuilder& frame, std::string name, const Buffer& values,
   std::vector<Level> levels = {{&values, n}};
   while (levels.back().count > run_) {
     const Level from = levels.back();
-    const Level to{&sums_[levels.size() - 1], (from.count + run_ - 1) / run_};
+    const Level to{sums_[levels.size() - 1], (from.count + run_ - 1) / run_};
     frame.compute({.name = name,
-                   .kernel = &reduce_,
+                   .kernel = reduce_,
                    .bindings = {{0, *from.values, Access::words}, {1, *to.values, Access::storage_write}},
                    .push = as_push(from.count),
                    .groups = {groups(to.count), 1, 1}});
@@ -52,13 +52,13 @@ void PrefixSum::add(FrameBuilder& frame, std::string name, const Buffer& values,
   const Level top = levels.back();
   const Push push{top.count, static_cast<std::uint32_t>(total_offset_bytes / sizeof(std::uint32_t))};
   frame.compute({.name = name,
-                 .kernel = &scan_top_,
+                 .kernel = scan_top_,
                  .bindings = {{0, *top.values, Access::storage_read_write}, {1, total, Access::storage_write}},
                  .push = as_push(push)});
 
   for (std::size_t level = levels.size() - 1; level-- > 0;)
     frame.compute({.name = name,
-                   .kernel = &scan_,
+                   .kernel = scan_,
                    .bindings = {{0, *levels[level].values, Access::storage_read_write},
                                 {1, *levels[level + 1].values, Access::storage_read}},
                    .push = as_push(Push{levels[level].count, 0}),

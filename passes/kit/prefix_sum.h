@@ -10,14 +10,14 @@
 #include <string>
 #include <vector>
 
-#include "engine/frame.h"
+#include "engine/workshop.h"
 
 namespace nephele {
 
 class PrefixSum {
  public:
   // Scratch for sums of up to max_count values; one object may serve many sums of a frame.
-  PrefixSum(Device& device, std::uint32_t max_count);
+  PrefixSum(Workshop& make, const std::string& name, std::uint32_t max_count);
 
   // Replaces values[0, n) by their exclusive prefix sum (modulo 2^32) and writes their total, one uint, at that
   // byte offset of `total`, a buffer other than `values`. n <= max_count; n = 0 gives a total of 0.
@@ -26,9 +26,11 @@ class PrefixSum {
 
  private:
   std::uint32_t run_, local_size_;  // values that a thread sums in turn; threads of a workgroup
-  ComputeKernel reduce_, scan_, scan_top_;
+  const ComputeKernel* reduce_;
+  const ComputeKernel* scan_;
+  const ComputeKernel* scan_top_;
   std::uint32_t max_count_;
-  std::vector<Buffer> sums_;  // sums_[k]: one value for every run_^(k+1) values
+  std::vector<const Buffer*> sums_;  // *sums_[k]: one value for every run_^(k+1) values
 };
 
 }  // namespace nephele

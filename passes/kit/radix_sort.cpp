@@ -8,17 +8,17 @@ namespace nephele {
 namespace {
 
 // Threads of a workgroup; a CPU runs eight at once.
-std::uint32_t local_size(const Device& device) { return device.info().on_cpu() ? 8 : 32; }
+std::uint32_t local_size(const Workshop& make) { return make.device().info().on_cpu() ? 8 : 32; }
 
-ComputeKernel sort_kernel(Device& device, const ShaderCode& code) {
-  const SpecConstant constants[] = {{0, local_size(device)}};
-  return ComputeKernel(device, code, constants);
+const ComputeKernel& sort_kernel(Workshop& make, const ShaderCode& code) {
+  const SpecConstant constants[] = {{0, local_size(make)}};
+  return make.compute(code, constants);
 }
 
 // Each thread sorts an equal run of the pairs. Some sixty threads, eight in a batch, are enough for a CPU, and their
 // table of counts is short; a GPU wants thousands. Short runs would make that table longer than the data.
-std::uint32_t thread_count(const Device& device, std::uint32_t capacity) {
-  const bool cpu = device.info().on_cpu();
+std::uint32_t thread_count(const Workshop& make, std::uint32_t capacity) {
+  const bool cpu = make.device().info().on_cpu();
   const std::uint32_t run = cpu ? 512 : 128, most = cpu ? 64 : 8192;
   return std::clamp((capacity + run - 1) / run, 1u, most);
 }
@@ -29,19 +29,19 @@ struct Push {
 
 }  // namespace
 
-RadixSort::RadixSort(Device& device, const std::string& name, std::uint32_t capacity)
-    : histogram_(sort_kernel(device, shaders::radix_histogram_comp)),
-      scatter_(sort_kernel(device, shaders::radix_scatter_comp)),
+RadixSort::RadixSort(Workshop& make, const std::string& name, std::uint32_t capacity)
+    : histogram_(sort_kernel(make, shaders::radix_histogram_comp)),
+      scatter_(sort_kernel(make, shaders::radix_scatter_comp)),
       capacity_(std::max(capacity, 1u)),
-      local_size_(local_size(device)),
-      threads_(thread_count(device, capacity_)),
-      scan_(device, threads_ << kMaxDigitBits),
-      counts_(device, name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t)),
-      total_(device, name + "_total", sizeof(std::uint32_t)) {
+      local_size_(local_size(make)),
+      threads_(thread_count(make, capacity_)),
+      scan_(make, name + "_digits", threads_ << kMaxDigitBits),
+      counts_(make.buffer(name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t))),
+      total_(make.buffer(name + "_total", sizeof(std::uint32_t))) {
   for (int side = 0; side < 2; ++side) {
     const VkDeviceSize bytes = VkDeviceSize{capacity_} * sizeof(std::uint32_t);
-    keys_[side] = Buffer(device, name + "_keys_" + std::to_string(side), bytes);
-    values_[side] = Buffer(device, name + "_values_" + std::to_string(side), bytes);
+    keys_[side] = &make.buffer(name + "_keys_" + std::to_string(side), bytes);
+    values_[side] = &make.buffer(name + "_values_" + std::to_string(side), bytes);
   }
 }
 
@@ -63,7 +63,7 @@ RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, c
     frame.fill(name, counts_, 0);
     frame.compute({.name = name,
                    .kernel = &histogram_,
-                   .bindings = {{0, keys_[from], Access::words},
+                   .bindings = {{0, *keys_[from], Access::words},
                                 {1, counts_, Access::storage_read_write},
                                 {2, count, Access::storage_read}},
                    .push = as_push(push),
@@ -71,16 +71,16 @@ RadixSort::Sorted RadixSort::add(FrameBuilder& frame, const std::string& name, c
     scan_.add(frame, name, counts_, threads_ << bits, total_);
     frame.compute({.name = name,
                    .kernel = &scatter_,
-                   .bindings = {{0, keys_[from], Access::words},
-                                {1, values_[from], Access::words},
-                                {2, keys_[from ^ 1], Access::storage_write},
-                                {3, values_[from ^ 1], Access::storage_write},
+                   .bindings = {{0, *keys_[from], Access::words},
+                                {1, *values_[from], Access::words},
+                                {2, *keys_[from ^ 1], Access::storage_write},
+                                {3, *values_[from ^ 1], Access::storage_write},
                                 {4, counts_, Access::storage_read_write},
                                 {5, count, Access::storage_read}},
                    .push = as_push(push),
                    .groups = {groups, 1, 1}});
   }
-  return {keys_[from], values_[from]};
+  return {*keys_[from], *values_[from]};
 }
 
 }  // namespace nephele

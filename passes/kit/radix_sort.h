@@ -16,11 +16,11 @@ namespace nephele {
 class RadixSort {
  public:
   // Owns room for `capacity` pairs, twice.
-  RadixSort(Device& device, const std::string& name, std::uint32_t capacity);
+  RadixSort(Workshop& make, const std::string& name, std::uint32_t capacity);
 
   // Where the pairs to sort are to be written before add().
-  const Buffer& keys() const { return keys_[0]; }
-  const Buffer& values() const { return values_[0]; }
+  const Buffer& keys() const { return *keys_[0]; }
+  const Buffer& values() const { return *values_[0]; }
   std::uint32_t capacity() const { return capacity_; }
 
   struct Sorted {
@@ -35,12 +35,13 @@ class RadixSort {
  private:
   static constexpr std::uint32_t kMaxDigitBits = 8;
 
-  ComputeKernel histogram_, scatter_;
+  const ComputeKernel& histogram_;
+  const ComputeKernel& scatter_;
   std::uint32_t capacity_, local_size_, threads_;
   PrefixSum scan_;
-  Buffer keys_[2], values_[2];
-  Buffer counts_;  // by digit, then by thread
-  Buffer total_;   // the scan's total, not used
+  const Buffer *keys_[2], *values_[2];
+  Buffer& counts_;  // by digit, then by thread
+  Buffer& total_;   // the scan's total, not used
 };
 
 }  // namespace nephele

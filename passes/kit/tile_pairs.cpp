@@ -14,9 +14,9 @@ struct Push {
 };
 
 // Lavapipe ends loops after 65 535 rounds; an item may cover every tile, and each row takes a round more.
-ComputeKernel emit_kernel(Device& device, std::uint32_t tile_columns, std::uint32_t tile_rows) {
+const ComputeKernel& emit_kernel(Workshop& make, std::uint32_t tile_columns, std::uint32_t tile_rows) {
   const SpecConstant constants[] = {{0, 1 + tile_columns * tile_rows / 32768}};
-  return ComputeKernel(device, shaders::tile_emit_comp, constants);
+  return make.compute(shaders::tile_emit_comp, constants);
 }
 
 std::uint32_t word(VkDeviceSize offset_bytes) {
@@ -25,20 +25,20 @@ std::uint32_t word(VkDeviceSize offset_bytes) {
 
 }  // namespace
 
-TilePairs::TilePairs(Device& device, const std::string& name, std::uint32_t item_capacity, std::uint32_t pair_capacity,
+TilePairs::TilePairs(Workshop& make, const std::string& name, std::uint32_t item_capacity, std::uint32_t pair_capacity,
                      std::uint32_t tile_columns, std::uint32_t tile_rows)
-    : count_(device, shaders::tile_count_comp),
-      args_(device, shaders::tile_args_comp),
-      emit_(emit_kernel(device, tile_columns, tile_rows)),
-      ranges_kernel_(device, shaders::tile_ranges_comp),
+    : count_(make.compute(shaders::tile_count_comp)),
+      args_(make.compute(shaders::tile_args_comp)),
+      emit_(emit_kernel(make, tile_columns, tile_rows)),
+      ranges_kernel_(make.compute(shaders::tile_ranges_comp)),
       item_capacity_(std::max(item_capacity, 1u)),
       pair_capacity_(std::max(pair_capacity, 1u)),
       tile_columns_(tile_columns),
       tile_rows_(tile_rows),
-      sort_(device, name + "_sort", pair_capacity_),
-      scan_(device, item_capacity_),
-      places_(device, name + "_places", VkDeviceSize{item_capacity_} * sizeof(std::uint32_t)),
-      ranges_(device, name + "_ranges", VkDeviceSize{tile_count()} * 2 * sizeof(std::uint32_t)) {
+      sort_(make, name + "_sort", pair_capacity_),
+      scan_(make, name + "_items", item_capacity_),
+      places_(make.buffer(name + "_places", VkDeviceSize{item_capacity_} * sizeof(std::uint32_t))),
+      ranges_(make.buffer(name + "_ranges", VkDeviceSize{tile_count()} * 2 * sizeof(std::uint32_t))) {
   NEPHELE_CHECK(tile_columns >= 1 && tile_rows >= 1 && tile_columns < 65536 && tile_rows < 65536, name);
 }
 

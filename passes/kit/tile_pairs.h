@@ -18,7 +18,7 @@ struct TileLists {
 
 class TilePairs {
  public:
-  TilePairs(Device& device, const std::string& name, std::uint32_t item_capacity, std::uint32_t pair_capacity,
+  TilePairs(Workshop& make, const std::string& name, std::uint32_t item_capacity, std::uint32_t pair_capacity,
             std::uint32_t tile_columns, std::uint32_t tile_rows);
 
   // Where in the counters buffer these stand, in bytes. Items and their dispatch (64 a group) are given, the pairs'
@@ -34,11 +34,15 @@ class TilePairs {
   std::uint32_t tile_count() const { return tile_columns_ * tile_rows_; }
 
  private:
-  ComputeKernel count_, args_, emit_, ranges_kernel_;
+  const ComputeKernel& count_;
+  const ComputeKernel& args_;
+  const ComputeKernel& emit_;
+  const ComputeKernel& ranges_kernel_;
   std::uint32_t item_capacity_, pair_capacity_, tile_columns_, tile_rows_;
   RadixSort sort_;
   PrefixSum scan_;
-  Buffer places_, ranges_;
+  Buffer& places_;
+  Buffer& ranges_;
 };
 
 }  // namespace nephele

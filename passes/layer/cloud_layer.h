@@ -7,8 +7,9 @@
 
 #include <memory>
 
-#include "engine/frame.h"
+#include "engine/workshop.h"
 #include "lut/gpu_tables.h"
+#include "passes/layer/raster_blend.h"
 #include "passes/layer/ray_march.h"
 #include "passes/layer/tiled_blend.h"
 
@@ -37,7 +38,7 @@ class CloudLayer {
   // backend is not `automatic`; only `tiled` blends exactly.
   // march_steps > 0: rays are marched (ray_march.h) and no backend blends; the draw order is by nearest points then.
   // The tables must outlive it.
-  CloudLayer(Device& device, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
+  CloudLayer(Workshop& make, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
              std::uint32_t visible_capacity, std::uint32_t march_steps = 0);
 
   struct Inputs {
@@ -48,6 +49,7 @@ class CloudLayer {
     const Buffer& lights;
     const Buffer& counters;  // FrameCounters: visible_groups and draw are filled
     const Image& sky_irradiance;
+    const Image& detail_noise;
     const Image& host_distance;  // metres along the ray, at the image's size; read if FrameConstants::host_scene
   };
   void add(FrameBuilder& frame, const Inputs& inputs);
@@ -60,29 +62,24 @@ class CloudLayer {
 
   // The same at the image's resolution, once the frame is composed: premultiplied radiance and transmittance; metres to
   // the first matter, +inf without. Null where it is not kept.
-  const Image* color() const { return scale_ == 1 ? &layer_color_ : full_color_ ? &full_color_ : nullptr; }
-  const Image* depth() const { return scale_ == 1 ? &layer_depth_ : full_depth_ ? &full_depth_ : nullptr; }
+  const Image* color() const { return scale_ == 1 ? &layer_color_ : full_color_; }
+  const Image* depth() const { return scale_ == 1 ? &layer_depth_ : full_depth_; }
 
  private:
-  void add_draw(FrameBuilder& frame, const Inputs& inputs);
-  bool blends_in_images() const {
-    return !march_ && (backend_ == Backend::attachment || backend_ == Backend::interlock);
-  }
-
   const GpuTables& tables_;
-  Backend backend_;
   std::uint32_t scale_;
-  bool noise_ready_ = false;
-  ComputeKernel detail_noise_kernel_, prepare_, scene_distance_, clear_, resolve_;
-  RasterPipeline draw_;
-  std::unique_ptr<TiledBlend> tiled_;
+  const ComputeKernel& prepare_;
+  const ComputeKernel& scene_distance_;
+  const Buffer& draw_particles_;
+  const Image& layer_scene_;  // metres to what stands behind the clouds
+  const Image& layer_color_;
+  const Image& layer_depth_;
+  const Image* full_color_ = nullptr;
+  const Image* full_depth_ = nullptr;
+  // One of them: how the layer is made of the particles.
   std::unique_ptr<RayMarch> march_;
-  Buffer draw_particles_;
-  Image detail_noise_;
-  Image layer_scene_;                // metres to what stands behind the clouds
-  Image open_, extent_, committed_;  // blend state of the volume-aware backends
-  Image interlock_target_;           // a render pass needs an attachment
-  Image layer_color_, layer_depth_, full_color_, full_depth_;
+  std::unique_ptr<TiledBlend> tiled_;
+  std::unique_ptr<RasterBlend> raster_;
 };
 
 }  // namespace nephele

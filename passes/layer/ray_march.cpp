@@ -6,32 +6,32 @@ namespace {
 
 constexpr std::uint32_t kDensityVertices = 96;  // a side; what the lattice costs in accuracy: ray_march_test.cpp
 
-ComputeKernel march_kernel(Device& device, std::uint32_t steps) {
+const ComputeKernel& march_kernel(Workshop& make, std::uint32_t steps) {
   const SpecConstant constants[] = {{0, steps}};
-  return ComputeKernel(device, shaders::cloud_march_comp, constants);
+  return make.compute(shaders::cloud_march_comp, constants);
 }
 
 }  // namespace
 
-RayMarch::RayMarch(Device& device, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
+RayMarch::RayMarch(Workshop& make, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
                    std::uint32_t visible_capacity)
-    : density_kernel_(device, shaders::march_density_comp),
-      march_(march_kernel(device, steps)),
-      reconstruct_(device, shaders::march_reconstruct_comp),
-      lists_(device, "march_tiles", ScreenLists::Extent::whole, layer_width, layer_height, visible_capacity),
-      density_(device, "march_density", {VK_FORMAT_R16_SFLOAT, kDensityVertices, kDensityVertices, kDensityVertices}),
-      marched_(device, "marched", {VK_FORMAT_R32G32B32A32_SFLOAT, layer_width, layer_height}),
-      marched_noise_(device, "marched_noise", {VK_FORMAT_R16G16B16A16_SFLOAT, layer_width, layer_height}) {}
+    : density_kernel_(make.compute(shaders::march_density_comp)),
+      march_(march_kernel(make, steps)),
+      reconstruct_(make.compute(shaders::march_reconstruct_comp)),
+      lists_(make, "march_tiles", ScreenLists::Extent::whole, layer_width, layer_height, visible_capacity),
+      density_(
+          make.image("march_density", {VK_FORMAT_R16_SFLOAT, kDensityVertices, kDensityVertices, kDensityVertices})),
+      marched_(make.image("marched", {VK_FORMAT_R32G32B32A32_SFLOAT, layer_width, layer_height})),
+      marched_noise_(make.image("marched_noise", {VK_FORMAT_R16G16B16A16_SFLOAT, layer_width, layer_height})) {}
 
 void RayMarch::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth) {
-  if (!density_ready_) {
+  const std::uint32_t seed = inputs.tables.parameters().particle_seed;
+  if (!frame.stands(&density_, as_inputs(seed), Keep::lasting))
     frame.compute({.name = "march_density",
                    .kernel = &density_kernel_,
                    .bindings = {{0, density_, Access::storage_write}},
-                   .push = as_push(inputs.tables.parameters().particle_seed),
+                   .push = as_push(seed),
                    .groups = {kDensityVertices / 4, kDensityVertices / 4, kDensityVertices / 4}});
-    density_ready_ = true;
-  }
   const TileLists lists = lists_.add(frame, inputs.frame_constants, inputs.draw_particles, inputs.counters);
   frame.compute({.name = "march",
                  .kernel = &march_,

@@ -16,7 +16,7 @@ namespace nephele {
 class RayMarch {
  public:
   // steps: how many take a ray through eight particles in a row.
-  RayMarch(Device& device, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
+  RayMarch(Workshop& make, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
            std::uint32_t visible_capacity);
 
   struct Inputs {
@@ -29,10 +29,13 @@ class RayMarch {
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  ComputeKernel density_kernel_, march_, reconstruct_;
+  const ComputeKernel& density_kernel_;
+  const ComputeKernel& march_;
+  const ComputeKernel& reconstruct_;
   ScreenLists lists_;
-  Image density_, marched_, marched_noise_;
-  bool density_ready_ = false;
+  Image& density_;
+  Image& marched_;
+  Image& marched_noise_;
 };
 
 }  // namespace nephele

@@ -21,33 +21,33 @@ std::uint32_t tiles_across(std::uint32_t pixels) {
   return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx;
 }
 
-std::uint32_t room_for_pairs(const Device& device, VkDeviceSize tiles, VkDeviceSize particles,
+std::uint32_t room_for_pairs(const Workshop& make, VkDeviceSize tiles, VkDeviceSize particles,
                              VkDeviceSize bytes_per_pair) {
   const VkDeviceSize wanted = std::max(kPairsPerTile * tiles + kPairsPerParticle * particles, kMinPairs);
   return static_cast<std::uint32_t>(
-      std::min({tiles * particles, wanted, device.info().max_storage_buffer_bytes / bytes_per_pair,
-                VkDeviceSize{device.info().max_texel_buffer_elements / kWordsPerPair}}));
+      std::min({tiles * particles, wanted, make.device().info().max_storage_buffer_bytes / bytes_per_pair,
+                VkDeviceSize{make.device().info().max_texel_buffer_elements / kWordsPerPair}}));
 }
 
-ComputeKernel bounds_kernel(Device& device, ScreenLists::Extent extent) {
+const ComputeKernel& bounds_kernel(Workshop& make, ScreenLists::Extent extent) {
   const SpecConstant constants[] = {{0, static_cast<std::uint32_t>(extent)}};
-  return ComputeKernel(device, shaders::screen_tiles_comp, constants);
+  return make.compute(shaders::screen_tiles_comp, constants);
 }
 
 }  // namespace
 
-ScreenLists::ScreenLists(Device& device, const std::string& name, Extent extent, std::uint32_t layer_width,
+ScreenLists::ScreenLists(Workshop& make, const std::string& name, Extent extent, std::uint32_t layer_width,
                          std::uint32_t layer_height, std::uint32_t visible_capacity, VkDeviceSize bytes_per_pair)
     : name_(name),
-      kernel_(bounds_kernel(device, extent)),
+      kernel_(bounds_kernel(make, extent)),
       columns_(tiles_across(layer_width)),
       rows_(tiles_across(layer_height)),
-      pairs_(device, name, visible_capacity, room_for_pairs(device, columns_ * rows_, visible_capacity, bytes_per_pair),
+      pairs_(make, name, visible_capacity, room_for_pairs(make, columns_ * rows_, visible_capacity, bytes_per_pair),
              columns_, rows_),
-      rectangles_(device, name + "_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)),
-      near_m_(device, name + "_near", VkDeviceSize{visible_capacity} * sizeof(float)),
-      order_(device, name + "_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t)),
-      pixels_(device, name + "_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2)) {
+      rectangles_(make.buffer(name + "_rectangles", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2))),
+      near_m_(make.buffer(name + "_near", VkDeviceSize{visible_capacity} * sizeof(float))),
+      order_(make.buffer(name + "_order", VkDeviceSize{visible_capacity} * sizeof(std::uint32_t))),
+      pixels_(make.buffer(name + "_pixels", VkDeviceSize{visible_capacity} * sizeof(glm::uvec2))) {
   NEPHELE_CHECK(visible_capacity <= shared::kMaxScreenParticles, visible_capacity, " particles");
 }
 

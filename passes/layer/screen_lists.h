@@ -16,7 +16,7 @@ class ScreenLists {
   enum class Extent : std::uint32_t { shown, whole };
 
   // bytes_per_pair: of the largest buffer that the user keeps for pairs; it limits how many there are room for.
-  ScreenLists(Device& device, const std::string& name, Extent extent, std::uint32_t layer_width,
+  ScreenLists(Workshop& make, const std::string& name, Extent extent, std::uint32_t layer_width,
               std::uint32_t layer_height, std::uint32_t visible_capacity,
               VkDeviceSize bytes_per_pair = sizeof(std::uint32_t));
 
@@ -33,10 +33,13 @@ class ScreenLists {
 
  private:
   std::string name_;
-  ComputeKernel kernel_;
+  const ComputeKernel& kernel_;
   std::uint32_t columns_, rows_;
   TilePairs pairs_;
-  Buffer rectangles_, near_m_, order_, pixels_;
+  Buffer& rectangles_;
+  Buffer& near_m_;
+  Buffer& order_;
+  Buffer& pixels_;
 };
 
 }  // namespace nephele

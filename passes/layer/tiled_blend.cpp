@@ -18,36 +18,35 @@ namespace {
 constexpr std::uint32_t kPlacesOnCpu = 2 * shared::kPagePlaces, kPlacesOnGpu = 1u << 20;
 
 // listed: for the tiles of a list, not all with short lists.
-ComputeKernel shade_kernel(Device& device, const ShaderCode& code, bool listed) {
+const ComputeKernel& shade_kernel(Workshop& make, const ShaderCode& code, bool listed) {
   const SpecConstant constants[] = {
-      {0, device.info().on_cpu() ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
-  return ComputeKernel(device, code, constants);
+      {0, make.device().info().on_cpu() ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
+  return make.compute(code, constants);
 }
 
 // Longest list that shade_short_kernel takes.
-std::uint32_t short_list(const Device& device, BlendMode mode) {
-  return device.info().on_cpu() && mode == BlendMode::volume ? shared::kColumnPlaces : shared::kShortPlaces;
+std::uint32_t short_list(const Workshop& make, BlendMode mode) {
+  return make.device().info().on_cpu() && mode == BlendMode::volume ? shared::kColumnPlaces : shared::kShortPlaces;
 }
 
 // On a CPU a column of pixels a thread, on a GPU a pixel.
-ComputeKernel shade_short_kernel(Device& device, const GpuTables& tables, BlendMode mode) {
+const ComputeKernel& shade_short_kernel(Workshop& make, const GpuTables& tables, BlendMode mode) {
   const bool volume = mode == BlendMode::volume;
-  if (!device.info().on_cpu())
-    return shade_kernel(device, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
-  const SpecConstant constants[] = {{2, short_list(device, mode)}, {10, tables.optical_depth().desc().width}};
-  return ComputeKernel(device, volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact,
-                       constants);
+  if (!make.device().info().on_cpu())
+    return shade_kernel(make, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
+  const SpecConstant constants[] = {{2, short_list(make, mode)}, {10, tables.optical_depth().desc().width}};
+  return make.compute(volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
 }
 
-ComputeKernel shade_long_kernel(Device& device, BlendMode mode) {
+const ComputeKernel& shade_long_kernel(Workshop& make, BlendMode mode) {
   return shade_kernel(
-      device, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true);
+      make, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true);
 }
 
-ComputeKernel shade_page_kernel(Device& device, BlendMode mode) {
+const ComputeKernel& shade_page_kernel(Workshop& make, BlendMode mode) {
   const SpecConstant constants[] = {{1, true}};
-  return ComputeKernel(
-      device, mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume, constants);
+  return make.compute(mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume,
+                      constants);
 }
 
 // What cloud_pages.comp keeps of a tile's pixels between two pages.
@@ -65,27 +64,33 @@ VkDeviceSize bytes_per_pair(BlendMode mode) {
 
 const char* blend_mode_name(BlendMode mode) { return mode == BlendMode::exact ? "exact" : "volume"; }
 
-TiledBlend::TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
+TiledBlend::TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
                        std::uint32_t layer_height, std::uint32_t visible_capacity)
     : tables_(tables),
-      masks_kernel_(device, shaders::screen_masks_comp),
-      begins_kernel_(device, shaders::screen_begins_comp),
-      shade_short_(shade_short_kernel(device, tables, mode)),
-      shade_long_(shade_long_kernel(device, mode)),
-      lists_(device, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity,
+      masks_kernel_(make.compute(shaders::screen_masks_comp)),
+      begins_kernel_(make.compute(shaders::screen_begins_comp)),
+      shade_short_(shade_short_kernel(make, tables, mode)),
+      shade_long_(shade_long_kernel(make, mode)),
+      lists_(make, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity,
              bytes_per_pair(mode)),
-      short_list_(short_list(device, mode)),
+      short_list_(short_list(make, mode)),
       pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces
                                                     : 0),
-      masks_(device, "screen_masks", VkDeviceSize{lists_.pair_capacity()} * sizeof(glm::uvec2)),
-      begins_m_(device, "screen_begins", VkDeviceSize{lists_.pair_capacity()} * sizeof(float)),
-      long_tiles_(device, "screen_long_tiles",
-                  VkDeviceSize{3 + lists_.rows() + lists_.columns() * lists_.rows()} * sizeof(std::uint32_t)),
-      paged_tiles_(device, "screen_paged_tiles", long_tiles_.bytes()) {
+      masks_(make.buffer("screen_masks", VkDeviceSize{lists_.pair_capacity()} * sizeof(glm::uvec2))),
+      begins_m_(make.buffer("screen_begins", VkDeviceSize{lists_.pair_capacity()} * sizeof(float))),
+      long_tiles_(make.buffer("screen_long_tiles", VkDeviceSize{3 + lists_.rows() + lists_.columns() * lists_.rows()} *
+                                                       sizeof(std::uint32_t))),
+      paged_tiles_(make.buffer("screen_paged_tiles", long_tiles_.bytes())) {
+  // Tables and scene aside, a renderer may be asked for the other blend at any time: its kernels are ready, too.
+  for (const BlendMode either : {BlendMode::volume, BlendMode::exact}) {
+    shade_short_kernel(make, tables, either);
+    shade_long_kernel(make, either);
+    shade_page_kernel(make, either);
+  }
   if (pages_ == 0) return;
-  shade_page_ = shade_page_kernel(device, mode);
+  shade_page_ = &shade_page_kernel(make, mode);
   paged_pixels_ =
-      Buffer(device, "screen_paged_pixels", (lists_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
+      &make.buffer("screen_paged_pixels", (lists_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
 }
 
 void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth) {
@@ -139,8 +144,8 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
   frame.compute(std::move(every_tile));
   frame.compute(shade_step(shade_long_, long_tiles_));
   for (std::uint32_t page = 0; page < pages_; ++page) {
-    ComputeStep step = shade_step(shade_page_, paged_tiles_);
-    step.bindings.emplace_back(14, paged_pixels_, Access::storage_read_write);
+    ComputeStep step = shade_step(*shade_page_, paged_tiles_);
+    step.bindings.emplace_back(14, *paged_pixels_, Access::storage_read_write);
     step.push = as_push(page);
     frame.compute(std::move(step));
   }

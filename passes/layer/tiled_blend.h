@@ -23,7 +23,7 @@ const char* blend_mode_name(BlendMode mode);
 class TiledBlend {
  public:
   // The tables must outlive it.
-  TiledBlend(Device& device, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
+  TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
              std::uint32_t layer_height, std::uint32_t visible_capacity);
 
   struct Inputs {
@@ -37,10 +37,18 @@ class TiledBlend {
 
  private:
   const GpuTables& tables_;
-  ComputeKernel masks_kernel_, begins_kernel_, shade_short_, shade_long_, shade_page_;
+  const ComputeKernel& masks_kernel_;
+  const ComputeKernel& begins_kernel_;
+  const ComputeKernel& shade_short_;
+  const ComputeKernel& shade_long_;
+  const ComputeKernel* shade_page_ = nullptr;  // none where no list is longer than a page
   ScreenLists lists_;
   std::uint32_t short_list_, pages_;
-  Buffer masks_, begins_m_, long_tiles_, paged_tiles_, paged_pixels_;
+  Buffer& masks_;
+  Buffer& begins_m_;
+  Buffer& long_tiles_;
+  Buffer& paged_tiles_;
+  const Buffer* paged_pixels_ = nullptr;
 };
 
 }  // namespace nephele

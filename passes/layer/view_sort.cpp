@@ -11,8 +11,8 @@ namespace {
 constexpr std::uint32_t kKeyBits = 24;
 }
 
-ViewSort::ViewSort(Device& device, std::uint32_t visible_capacity, ViewOrder order)
-    : order_(order), keys_(device, shaders::view_sort_keys_comp), sort_(device, "view_sort", visible_capacity) {}
+ViewSort::ViewSort(Workshop& make, std::uint32_t visible_capacity, ViewOrder order)
+    : order_(order), keys_(make.compute(shaders::view_sort_keys_comp)), sort_(make, "view_sort", visible_capacity) {}
 
 const Buffer& ViewSort::add(FrameBuilder& frame, const Buffer& particles, const Buffer& visible,
                             const Buffer& counters) {

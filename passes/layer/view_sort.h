@@ -14,7 +14,7 @@ enum class ViewOrder : std::uint32_t { center, nearest_point };
 
 class ViewSort {
  public:
-  ViewSort(Device& device, std::uint32_t visible_capacity, ViewOrder order = ViewOrder::center);
+  ViewSort(Workshop& make, std::uint32_t visible_capacity, ViewOrder order = ViewOrder::center);
 
   // Returns the draw order: slots, that is indices into the visible list and into the lights, farthest first.
   // counters is a FrameCounters.
@@ -22,7 +22,7 @@ class ViewSort {
 
  private:
   ViewOrder order_;
-  ComputeKernel keys_;
+  const ComputeKernel& keys_;
   RadixSort sort_;
 };
 

@@ -10,15 +10,20 @@ namespace {
 
 constexpr std::uint32_t kTiles = shared::kLightTiles * shared::kLightTiles;
 
+const ComputeKernel& kernel_for(Workshop& make, const ShaderCode& code, std::uint32_t texels_per_tile) {
+  const SpecConstant texels{0, texels_per_tile};
+  return make.compute(code, {&texels, 1});
+}
+
 }  // namespace
 
-CloudShadow::CloudShadow(Device& device, std::uint32_t texels_per_tile) : side_(shared::kLightTiles * texels_per_tile) {
+CloudShadow::CloudShadow(Workshop& make, std::uint32_t texels_per_tile)
+    : tiles_kernel_(kernel_for(make, shaders::shadow_tiles_comp, texels_per_tile)),
+      kernel_(kernel_for(make, shaders::cloud_shadow_comp, texels_per_tile)),
+      side_(shared::kLightTiles * texels_per_tile),
+      shadow_(make.image("cloud_shadow", {.format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = side_, .height = side_})),
+      shadow_tiles_(make.buffer("shadow_tiles", (4 + kTiles) * sizeof(std::uint32_t))) {
   NEPHELE_CHECK(std::has_single_bit(texels_per_tile) && texels_per_tile <= 8, texels_per_tile, " texels a tile");
-  const SpecConstant texels{0, texels_per_tile};
-  tiles_kernel_ = ComputeKernel(device, shaders::shadow_tiles_comp, {&texels, 1});
-  kernel_ = ComputeKernel(device, shaders::cloud_shadow_comp, {&texels, 1});
-  shadow_tiles_ = Buffer(device, "shadow_tiles", (4 + kTiles) * sizeof(std::uint32_t));
-  shadow_ = Image(device, "cloud_shadow", {.format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = side_, .height = side_});
 }
 
 const Image& CloudShadow::add(FrameBuilder& frame, const Buffer& constants, const LightTileLists& tiles) {

@@ -14,15 +14,16 @@ namespace nephele {
 class CloudShadow {
  public:
   // texels_per_tile: 1, 2, 4 or 8. Near the camera a tile is some 130 m wide.
-  CloudShadow(Device& device, std::uint32_t texels_per_tile);
+  CloudShadow(Workshop& make, std::uint32_t texels_per_tile);
 
   const Image& add(FrameBuilder& frame, const Buffer& constants, const LightTileLists& tiles);
 
  private:
-  ComputeKernel tiles_kernel_, kernel_;
+  const ComputeKernel& tiles_kernel_;
+  const ComputeKernel& kernel_;
   std::uint32_t side_;
-  Image shadow_;
-  Buffer shadow_tiles_;
+  Image& shadow_;
+  Buffer& shadow_tiles_;
 };
 
 }  // namespace nephele

@@ -9,10 +9,10 @@ using namespace shared;
 
 static_assert(kHazeShadowDepth == kHazeShadowSteps / kHazeShadowStepsPerSlice + 1);
 
-HazeShadow::HazeShadow(Device& device)
-    : kernel_(device, shaders::haze_shadow_comp),
-      volume_(device, "haze_shadow",
-              {VK_FORMAT_R32G32B32A32_SFLOAT, kHazeShadowWidth, kHazeShadowHeight, kHazeShadowDepth}) {}
+HazeShadow::HazeShadow(Workshop& make)
+    : kernel_(make.compute(shaders::haze_shadow_comp)),
+      volume_(make.image("haze_shadow",
+                         {VK_FORMAT_R32G32B32A32_SFLOAT, kHazeShadowWidth, kHazeShadowHeight, kHazeShadowDepth})) {}
 
 const Image& HazeShadow::add(FrameBuilder& frame, const Buffer& frame_constants, const Image& transmittance,
                              const Image& cloud_shadow) {

@@ -4,21 +4,21 @@
 // cost: fixed, whatever the image size: 9 216 rays of 64 steps with one look-up of the shadow each.
 #pragma once
 
-#include "engine/frame.h"
+#include "engine/workshop.h"
 
 namespace nephele {
 
 class HazeShadow {
  public:
-  explicit HazeShadow(Device& device);
+  explicit HazeShadow(Workshop& make);
 
   // RGBA32F volume, read through shared/haze_shadow_volume.h; cloud_shadow as passes/light/cloud_shadow.h makes it.
   const Image& add(FrameBuilder& frame, const Buffer& frame_constants, const Image& transmittance,
                    const Image& cloud_shadow);
 
  private:
-  ComputeKernel kernel_;
-  Image volume_;
+  const ComputeKernel& kernel_;
+  Image& volume_;
 };
 
 }  // namespace nephele

@@ -9,12 +9,12 @@ namespace nephele {
 
 using shared::FrameCounters;
 
-LightTiles::LightTiles(Device& device, std::uint32_t particle_capacity, std::uint32_t pair_capacity)
-    : occluders_kernel_(device, shaders::light_occluders_comp),
-      sun_sort_(device, "sun_sort", std::max(particle_capacity, 1u)),
-      pairs_(device, "light_tile", sun_sort_.capacity(), pair_capacity, shared::kLightTiles, shared::kLightTiles),
-      occluders_(device, "light_occluders", VkDeviceSize{sun_sort_.capacity()} * sizeof(shared::PackedOccluder)),
-      rectangles_(device, "light_rectangles", VkDeviceSize{sun_sort_.capacity()} * sizeof(glm::uvec2)) {}
+LightTiles::LightTiles(Workshop& make, std::uint32_t particle_capacity, std::uint32_t pair_capacity)
+    : occluders_kernel_(make.compute(shaders::light_occluders_comp)),
+      sun_sort_(make, "sun_sort", std::max(particle_capacity, 1u)),
+      pairs_(make, "light_tile", sun_sort_.capacity(), pair_capacity, shared::kLightTiles, shared::kLightTiles),
+      occluders_(make.buffer("light_occluders", VkDeviceSize{sun_sort_.capacity()} * sizeof(shared::PackedOccluder))),
+      rectangles_(make.buffer("light_rectangles", VkDeviceSize{sun_sort_.capacity()} * sizeof(glm::uvec2))) {}
 
 LightTileLists LightTiles::add(FrameBuilder& frame, const Buffer& constants, const Buffer& particles,
                                const Buffer& counters) {

@@ -24,16 +24,17 @@ class LightTiles {
  public:
   // Pairs past pair_capacity are left out, those of the particles farthest from the sun, and counted in
   // FrameCounters.tile_pair_demand.
-  LightTiles(Device& device, std::uint32_t particle_capacity, std::uint32_t pair_capacity);
+  LightTiles(Workshop& make, std::uint32_t particle_capacity, std::uint32_t pair_capacity);
 
   // constants is a FrameConstants, counters a FrameCounters whose particle_count and particle_groups are filled.
   LightTileLists add(FrameBuilder& frame, const Buffer& constants, const Buffer& particles, const Buffer& counters);
 
  private:
-  ComputeKernel occluders_kernel_;
+  const ComputeKernel& occluders_kernel_;
   RadixSort sun_sort_;
   TilePairs pairs_;
-  Buffer occluders_, rectangles_;
+  Buffer& occluders_;
+  Buffer& rectangles_;
 };
 
 }  // namespace nephele

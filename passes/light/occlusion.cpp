@@ -9,10 +9,10 @@ namespace nephele {
 
 using shared::FrameCounters;
 
-Occlusion::Occlusion(Device& device, std::uint32_t visible_capacity)
-    : occlusion_(device, shaders::occlusion_comp),
-      occlusion_air_(device, shaders::occlusion_comp_air),
-      lights_(device, "particle_lights", std::max(visible_capacity, 1u) * sizeof(shared::ParticleLight)) {}
+Occlusion::Occlusion(Workshop& make, std::uint32_t visible_capacity)
+    : occlusion_(make.compute(shaders::occlusion_comp)),
+      occlusion_air_(make.compute(shaders::occlusion_comp_air)),
+      lights_(make.buffer("particle_lights", std::max(visible_capacity, 1u) * sizeof(shared::ParticleLight))) {}
 
 const Buffer& Occlusion::add(FrameBuilder& frame, const Buffer& constants, const Buffer& particles,
                              const Buffer& visible, const Buffer& counters, const LightTileLists& tiles,

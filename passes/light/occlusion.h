@@ -12,7 +12,7 @@ namespace nephele {
 
 class Occlusion {
  public:
-  Occlusion(Device& device, std::uint32_t visible_capacity);
+  Occlusion(Workshop& make, std::uint32_t visible_capacity);
 
   // Returns one ParticleLight per slot of the visible list. The depths leave out the particle itself and stop at
   // kMaxSunOpticalDepth. transmittance is the table that shaders/sky/light_through_air.glsl reads; without one the
@@ -21,8 +21,9 @@ class Occlusion {
                     const Buffer& counters, const LightTileLists& tiles, const Image* transmittance);
 
  private:
-  ComputeKernel occlusion_, occlusion_air_;
-  Buffer lights_;
+  const ComputeKernel& occlusion_;
+  const ComputeKernel& occlusion_air_;
+  Buffer& lights_;
 };
 
 }  // namespace nephele

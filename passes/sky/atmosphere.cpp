@@ -8,9 +8,8 @@ namespace {
 
 using namespace shared;
 
-Image table(Device& device, const char* name, std::uint32_t width, std::uint32_t height, std::uint32_t depth = 1) {
-  return Image(device, name,
-               {.format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = width, .height = height, .depth = depth});
+Image& table(Workshop& make, const char* name, std::uint32_t width, std::uint32_t height, std::uint32_t depth = 1) {
+  return make.image(name, {.format = VK_FORMAT_R32G32B32A32_SFLOAT, .width = width, .height = height, .depth = depth});
 }
 
 std::array<std::uint32_t, 3> groups(const Image& image, std::uint32_t local_x, std::uint32_t local_y) {
@@ -20,35 +19,29 @@ std::array<std::uint32_t, 3> groups(const Image& image, std::uint32_t local_x, s
 
 }  // namespace
 
-AtmospherePass::AtmospherePass(Device& device)
-    : transmittance_(device, shaders::atmosphere_transmittance_comp),
-      multi_scattering_(device, shaders::atmosphere_multi_scattering_comp),
-      sky_irradiance_(device, shaders::atmosphere_sky_irradiance_comp),
-      sky_view_(device, shaders::atmosphere_sky_view_comp),
-      aerial_(device, shaders::atmosphere_aerial_comp),
-      tables_{.transmittance = table(device, "transmittance", kTransmittanceWidth, kTransmittanceHeight),
-              .multi_scattering = table(device, "multi_scattering", kMultiScatteringWidth, kMultiScatteringHeight),
+AtmospherePass::AtmospherePass(Workshop& make)
+    : transmittance_(make.compute(shaders::atmosphere_transmittance_comp)),
+      multi_scattering_(make.compute(shaders::atmosphere_multi_scattering_comp)),
+      sky_irradiance_(make.compute(shaders::atmosphere_sky_irradiance_comp)),
+      sky_view_(make.compute(shaders::atmosphere_sky_view_comp)),
+      aerial_(make.compute(shaders::atmosphere_aerial_comp)),
+      tables_{.transmittance = table(make, "transmittance", kTransmittanceWidth, kTransmittanceHeight),
+              .multi_scattering = table(make, "multi_scattering", kMultiScatteringWidth, kMultiScatteringHeight),
               .sky_irradiance =
-                  table(device, "sky_irradiance", kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight),
-              .sky_smooth = table(device, "sky_smooth", kSkyViewWidth, kSkyViewHeight),
-              .sky_aerosol = table(device, "sky_aerosol", kSkyViewWidth, kSkyViewHeight),
-              .view_transmittance = table(device, "view_transmittance", 1, kSkyViewHeight),
-              .aerial_light = table(device, "aerial_light", kAerialAzimuths, kAerialElevations, kAerialDistances),
+                  table(make, "sky_irradiance", kSkyIrradianceWidth, kSkyIrradianceBlocks * kSkyIrradianceHeight),
+              .sky_smooth = table(make, "sky_smooth", kSkyViewWidth, kSkyViewHeight),
+              .sky_aerosol = table(make, "sky_aerosol", kSkyViewWidth, kSkyViewHeight),
+              .view_transmittance = table(make, "view_transmittance", 1, kSkyViewHeight),
+              .aerial_light = table(make, "aerial_light", kAerialAzimuths, kAerialElevations, kAerialDistances),
               .aerial_transmittance =
-                  table(device, "aerial_transmittance", kAerialAzimuths, kAerialElevations, kAerialDistances)} {}
+                  table(make, "aerial_transmittance", kAerialAzimuths, kAerialElevations, kAerialDistances)} {}
 
 const AtmosphereTables& AtmospherePass::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
                                             const Params& params) {
-  if (albedo_ != params.ground_albedo) {
-    add_lasting(frame, params.ground_albedo);
-    sky_view_of_ = aerial_of_ = {};
-  }
-  const glm::vec2 needed(constants.camera_grid_m.z, constants.sun_direction.z);
-  if (sky_view_of_ != needed) add_sky_view(frame, buffer);
-  sky_view_of_ = needed;
-  if (!params.aerial_perspective) return tables_;
-  if (aerial_of_ != needed) add_aerial(frame, buffer);
-  aerial_of_ = needed;
+  add_lasting(frame, params.ground_albedo);
+  const InputBytes needed = as_inputs(constants.camera_grid_m.z, constants.sun_direction.z, params.ground_albedo);
+  if (!frame.stands(&tables_.sky_smooth, needed)) add_sky_view(frame, buffer);
+  if (params.aerial_perspective && !frame.stands(&tables_.aerial_light, needed)) add_aerial(frame, buffer);
   return tables_;
 }
 
@@ -76,7 +69,7 @@ void AtmospherePass::add_aerial(FrameBuilder& frame, const Buffer& buffer) {
 }
 
 void AtmospherePass::add_lasting(FrameBuilder& frame, const glm::vec3& ground_albedo) {
-  if (!has_transmittance_)
+  if (!frame.stands(&tables_.transmittance, {}, Keep::lasting))
     frame.compute({.name = "transmittance",
                    .kernel = &transmittance_,
                    .bindings = {{0, tables_.transmittance, Access::storage_write}},
@@ -94,8 +87,6 @@ void AtmospherePass::add_lasting(FrameBuilder& frame, const glm::vec3& ground_al
                               {2, tables_.sky_irradiance, Access::storage_write}},
                  .push = as_push(ground_albedo),
                  .groups = groups(tables_.sky_irradiance, 8, 4)});
-  has_transmittance_ = true;
-  albedo_ = ground_albedo;
 }
 
 }  // namespace nephele

@@ -7,9 +7,8 @@
 #pragma once
 
 #include <glm/glm.hpp>
-#include <optional>
 
-#include "engine/frame.h"
+#include "engine/workshop.h"
 #include "shared/types.h"
 
 namespace nephele {
@@ -17,33 +16,29 @@ namespace nephele {
 // All RGBA32F, per unit of the sun's irradiance, read through shared/atmosphere_tables.h with a linear, clamped
 // sampler.
 struct AtmosphereTables {
-  Image transmittance;       // to the top of the atmosphere: (way to the top, altitude)
-  Image multi_scattering;    // mean radiance scattered more than once: (sun's height, altitude)
-  Image sky_irradiance;      // and mean radiance: (sun's height, altitude: four blocks, kSkyIrradianceBlocks)
-  Image sky_smooth;          // whole rays from the camera: (azimuth from the sun, elevation above | below the horizon)
-  Image sky_aerosol;         // the same, aerosol's single scattering before its phase function
-  Image view_transmittance;  // of those rays: (1, elevation)
-  Image aerial_light;        // between camera and distance: (azimuth, elevation, distance)
-  Image aerial_transmittance;  // the same
+  const Image& transmittance;     // to the top of the atmosphere: (way to the top, altitude)
+  const Image& multi_scattering;  // mean radiance scattered more than once: (sun's height, altitude)
+  const Image& sky_irradiance;    // and mean radiance: (sun's height, altitude: four blocks, kSkyIrradianceBlocks)
+  const Image& sky_smooth;   // whole rays from the camera: (azimuth from the sun, elevation above | below the horizon)
+  const Image& sky_aerosol;  // the same, aerosol's single scattering before its phase function
+  const Image& view_transmittance;    // of those rays: (1, elevation)
+  const Image& aerial_light;          // between camera and distance: (azimuth, elevation, distance)
+  const Image& aerial_transmittance;  // the same
 };
 
 class AtmospherePass {
  public:
-  explicit AtmospherePass(Device& device);
+  explicit AtmospherePass(Workshop& make);
 
   struct Params {
     glm::vec3 ground_albedo{0.0f};
     bool aerial_perspective =
         true;  // only what stands in the air (clouds, a host's scene) needs that table; the ground does not
   };
-  // Appends those steps of a frame whose tables change: the lasting ones at the first call and when the albedo changes,
-  // the camera's when its altitude or the sun's height does. So every frame built must also be run, in order, or
-  // forget() called. buffer holds `constants` when the steps run.
+  // Appends those steps of a frame whose tables change: the lasting ones in the first frame and when the albedo
+  // changes, the camera's when its altitude or the sun's height does, too. buffer holds `constants` when the steps run.
   const AtmosphereTables& add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
                               const Params& params);
-
-  // The next frame makes the camera's tables anew. The lasting ones hang on the ground alone.
-  void forget() { sky_view_of_ = aerial_of_ = {}; }
 
   const AtmosphereTables& tables() const { return tables_; }
 
@@ -52,11 +47,12 @@ class AtmospherePass {
   void add_sky_view(FrameBuilder& frame, const Buffer& buffer);
   void add_aerial(FrameBuilder& frame, const Buffer& buffer);
 
-  ComputeKernel transmittance_, multi_scattering_, sky_irradiance_, sky_view_, aerial_;
+  const ComputeKernel& transmittance_;
+  const ComputeKernel& multi_scattering_;
+  const ComputeKernel& sky_irradiance_;
+  const ComputeKernel& sky_view_;
+  const ComputeKernel& aerial_;
   AtmosphereTables tables_;
-  bool has_transmittance_ = false;
-  std::optional<glm::vec3> albedo_;                   // of the lasting tables
-  std::optional<glm::vec2> sky_view_of_, aerial_of_;  // camera's altitude and sine of the sun's height
 };
 
 }  // namespace nephele

@@ -43,7 +43,7 @@ const ShaderCode& composite_code(bool air, bool shadow, Layer layer) {
 
 }  // namespace
 
-CompositePass::CompositePass(Device& device) : device_(device), haze_shadow_(device) {}
+CompositePass::CompositePass(Workshop& make) : device_(make.device()), haze_shadow_(make) {}
 
 const CompositePass::Kernels& CompositePass::kernels(bool air, bool shadow, Layer layer) {
   const bool clouds = layer != Layer::none;

@@ -12,7 +12,7 @@
 #include <array>
 #include <glm/glm.hpp>
 
-#include "engine/frame.h"
+#include "engine/workshop.h"
 #include "passes/light/haze_shadow.h"
 #include "passes/sky/atmosphere.h"
 
@@ -36,7 +36,7 @@ class CompositePass {
  public:
   enum class Layer : std::uint8_t { none, full, upscaled, upscaled_and_kept };
 
-  explicit CompositePass(Device& device);
+  explicit CompositePass(Workshop& make);
 
   // hdr: RGBA32F, linear radiance before exposure; display: RGBA8, sRGB. camera_world_m places the ground's pattern.
   void add(FrameBuilder& frame, const CompositeInputs& inputs, const glm::dvec3& camera_world_m, const Image& hdr,

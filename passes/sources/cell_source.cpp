@@ -95,11 +95,6 @@ FrameConstants what_cells_need(const FrameConstants& constants) {
   return needed;
 }
 
-template <class T>
-bool same(const T& a, const T& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0;
-}
-
 }  // namespace
 
 std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const FrameConstants& constants) {
@@ -119,42 +114,46 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
   return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, std::floor(limit)));
 }
 
-CloudParticles::CloudParticles(Device& device, const FrameConstants& constants, std::span<const ListedParticle> listed,
+CloudParticles::CloudParticles(Workshop& make, const FrameConstants& constants, std::span<const ListedParticle> listed,
                                std::uint32_t capacity, const WeatherMap* map)
-    : features_kernel_(device, shaders::cloud_features_comp),
-      near_(device, shaders::cloud_features_near_comp),
-      list_(device, shaders::grid_list_comp),
-      cells_(device, shaders::grid_cells_comp),
-      show_(device, shaders::grid_show_comp),
-      fit_(device, shaders::grid_fit_comp),
-      thin_(device, shaders::grid_thin_comp),
-      expand_(device, shaders::grid_expand_comp),
-      particles_kernel_(device, shaders::particles_comp),
-      listed_kernel_(device, shaders::listed_particles_comp),
-      visibility_(device, shaders::visibility_comp),
-      visible_list_(device, shaders::visible_list_comp),
+    : features_kernel_(make.device(), shaders::cloud_features_comp),
+      near_(make.device(), shaders::cloud_features_near_comp),
+      list_(make.device(), shaders::grid_list_comp),
+      cells_(make.device(), shaders::grid_cells_comp),
+      show_(make.device(), shaders::grid_show_comp),
+      fit_(make.device(), shaders::grid_fit_comp),
+      thin_(make.device(), shaders::grid_thin_comp),
+      expand_(make.device(), shaders::grid_expand_comp),
+      particles_kernel_(make.device(), shaders::particles_comp),
+      listed_kernel_(make.device(), shaders::listed_particles_comp),
+      visibility_(make.device(), shaders::visibility_comp),
+      visible_list_(make.device(), shaders::visible_list_comp),
       map_size_(map ? glm::ivec2(map->width, map->height) : glm::ivec2(0)),
       most_coverage_(most_coverage(constants, map)),
       listed_count_(static_cast<std::uint32_t>(listed.size())),
-      capacity_(capacity > 0 ? capacity : capacity_for(device.info(), with_coverage(constants, most_coverage_))),
+      capacity_(capacity > 0 ? capacity : capacity_for(make.device().info(), with_coverage(constants, most_coverage_))),
       cell_count_(constants.clouds_enabled ? shared::grid_cell_count(constants) : 0),
       feature_count_(constants.clouds_enabled ? shared::feature_count(constants) : 0),
       near_count_(constants.clouds_enabled ? shared::near_count(constants) : 0),
-      scan_(device, std::max(cell_count_, capacity_) + 1),
-      weather_map_(device, "weather_map", packed_texels(map).size() * sizeof(std::uint32_t)),
-      features_(device, "cloud_features", VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
-      features_near_(device, "cloud_features_near", VkDeviceSize{std::max(near_count_, 1u)} * sizeof(std::uint32_t)),
-      cell_list_(device, "cell_list", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
-      cell_clouds_(device, "cell_clouds", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
-      cell_counts_(device, "cell_counts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
-      cell_first_(device, "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
-      distance_counts_(device, "distance_counts", VkDeviceSize{shared::kDistanceBins} * sizeof(std::uint32_t)),
-      particle_cell_(device, "particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
-      listed_(device, "listed_particles", std::max<VkDeviceSize>(listed.size(), 1) * sizeof(shared::ListedSource)),
-      particles_(device, "particles", VkDeviceSize{capacity_} * sizeof(shared::Particle)),
-      places_(device, "visible_places", VkDeviceSize{capacity_ + 1} * sizeof(std::uint32_t)),
-      visible_(device, "visible", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
-      counters_(device, "counters", sizeof(FrameCounters)) {
+      scan_(make, "cells", std::max(cell_count_, capacity_) + 1),
+      weather_map_(make.device(), "weather_map", packed_texels(map).size() * sizeof(std::uint32_t)),
+      features_(make.device(), "cloud_features",
+                VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
+      features_near_(make.device(), "cloud_features_near",
+                     VkDeviceSize{std::max(near_count_, 1u)} * sizeof(std::uint32_t)),
+      cell_list_(make.device(), "cell_list", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
+      cell_clouds_(make.device(), "cell_clouds",
+                   VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
+      cell_counts_(make.device(), "cell_counts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
+      cell_first_(make.device(), "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
+      distance_counts_(make.device(), "distance_counts", VkDeviceSize{shared::kDistanceBins} * sizeof(std::uint32_t)),
+      particle_cell_(make.device(), "particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
+      listed_(make.device(), "listed_particles",
+              std::max<VkDeviceSize>(listed.size(), 1) * sizeof(shared::ListedSource)),
+      particles_(make.device(), "particles", VkDeviceSize{capacity_} * sizeof(shared::Particle)),
+      places_(make.device(), "visible_places", VkDeviceSize{capacity_ + 1} * sizeof(std::uint32_t)),
+      visible_(make.device(), "visible", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
+      counters_(make.device(), "counters", sizeof(FrameCounters)) {
   NEPHELE_CHECK(constants.listed_particle_count == listed_count_, constants.listed_particle_count, " and ",
                 listed_count_);
   NEPHELE_CHECK(constants.ring_count >= 1 && constants.ring_count <= shared::kMaxRings, constants.ring_count, " rings");
@@ -221,10 +220,7 @@ void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constan
   NEPHELE_CHECK(shared::grid_cell_count(constants) == cell_count_ && shared::feature_count(constants) == feature_count_,
                 "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
   const PushConstants push = as_push(grid_push(constants, weather));
-  const Found needed{what_cells_need(constants), weather};
-  if (!found_ || !same(found_->constants, needed.constants) || !same(found_->weather, needed.weather))
-    add_cells(frame, buffer, push);
-  found_ = needed;
+  if (!frame.stands(&cell_clouds_, as_inputs(what_cells_need(constants), weather))) add_cells(frame, buffer, push);
   frame.update("grid_cells", distance_counts_, std::vector<std::byte>(distance_counts_.bytes()));
   frame.compute({.name = "grid_cells",
                  .kernel = &show_,

@@ -14,8 +14,8 @@
 #include <optional>
 #include <span>
 
-#include "engine/frame.h"
 #include "engine/scene.h"
+#include "engine/workshop.h"
 #include "passes/kit/prefix_sum.h"
 #include "shared/types.h"
 #include "shared/weather.h"
@@ -39,7 +39,7 @@ class CloudParticles {
   // map: the scene's weather map, if it has one.
   // constants: those of any frame of the scene; seed, origin, camera and time may change later, the rest of the cloud
   // field may not. capacity 0 means capacity_for(); past it the farthest cells are left out, their particles counted.
-  CloudParticles(Device& device, const shared::FrameConstants& constants, std::span<const ListedParticle> listed,
+  CloudParticles(Workshop& make, const shared::FrameConstants& constants, std::span<const ListedParticle> listed,
                  std::uint32_t capacity = 0, const WeatherMap* map = nullptr);
 
   // Room for the particles of these settings: over the cells of all rings, the share that may be covered times what a
@@ -47,21 +47,14 @@ class CloudParticles {
   static std::uint32_t capacity_for(const DeviceInfo& device, const shared::FrameConstants& constants);
 
   // buffer holds `constants` when the steps run. weather: of the map, if there is one. Steps: "grid_cells",
-  // "particles", "visibility". Every frame built must also be run, in order, or forget() called.
+  // "particles", "visibility".
   Outputs add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
               const glm::dvec3& camera_world_m, const shared::WeatherPlacement& weather = {});
-
-  // The next frame finds everything anew.
-  void forget() { found_.reset(); }
 
   std::uint32_t capacity() const { return capacity_; }
   Grid grid() const { return {cell_first_, particle_cell_}; }
 
  private:
-  struct Found {  // what the content of the cells depends on
-    shared::FrameConstants constants;
-    shared::WeatherPlacement weather;
-  };
   void add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& push);
   void add_grid(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
                 const shared::WeatherPlacement& weather);
@@ -74,7 +67,6 @@ class CloudParticles {
   float most_coverage_;  // anywhere
   std::uint32_t listed_count_, capacity_, cell_count_, feature_count_, near_count_;
   PrefixSum scan_;
-  std::optional<Found> found_;  // of the kept cells
   Buffer weather_map_, features_, features_near_, cell_list_, cell_clouds_, cell_counts_, cell_first_, distance_counts_,
       particle_cell_, listed_, particles_, places_, visible_, counters_;
 };

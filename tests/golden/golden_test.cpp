@@ -13,7 +13,7 @@
 
 using namespace nephele;
 using nephele::test::test_device;
-using nephele::test::test_tables;
+using nephele::test::test_sky;
 
 namespace {
 
@@ -26,8 +26,8 @@ constexpr double kMeanBias = 0.002;  // relative
 ImageF render(const std::string& scene_name) {
   const auto scene = load_scene(std::string(NEPHELE_SOURCE_DIR) + "/tools/scenes/" + scene_name + ".json");
   REQUIRE(scene);
-  const auto renderer = Renderer::create(test_device(), test_tables(), *scene,
-                                         {.width = kWidth, .height = kHeight, .quality = Quality::low});
+  const auto renderer =
+      Renderer::create(test_sky(), *scene, {.width = kWidth, .height = kHeight, .quality = Quality::low});
   REQUIRE(renderer);
   (*renderer)->render(scene->camera, 0.0);
   const std::vector<float> rgba = (*renderer)->read_hdr();
@@ -77,8 +77,8 @@ TEST_CASE("two frames of one renderer, and of two, are identical") {
   REQUIRE(scene);
   std::vector<std::vector<float>> images;
   for (int maker = 0; maker < 2; ++maker) {
-    const auto renderer = Renderer::create(test_device(), test_tables(), *scene,
-                                           {.width = kWidth, .height = kHeight, .quality = Quality::low});
+    const auto renderer =
+        Renderer::create(test_sky(), *scene, {.width = kWidth, .height = kHeight, .quality = Quality::low});
     REQUIRE(renderer);
     for (int frame = 0; frame < 2; ++frame) {
       (*renderer)->render(scene->camera, 0.0);

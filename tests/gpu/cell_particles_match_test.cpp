@@ -16,6 +16,7 @@ using nephele::shared::FrameCounters;
 using nephele::shared::Particle;
 using nephele::test::cloud_frame;
 using nephele::test::test_device;
+using nephele::test::test_kernels;
 
 namespace {
 
@@ -26,7 +27,8 @@ struct Generated {
 };
 
 Generated generate(const FrameConstants& constants) {
-  CloudParticles pass(test_device(), constants, {});
+  Workshop make_pass(test_kernels());
+  CloudParticles pass(make_pass, constants, {});
   Buffer buffer(test_device(), "frame_constants", sizeof(FrameConstants));
   FrameBuilder frame(test_device());
   frame.update("frame_constants", buffer, as_push(constants));

@@ -9,6 +9,7 @@
 
 using namespace nephele;
 using nephele::test::test_device;
+using nephele::test::test_kernels;
 
 namespace {
 
@@ -33,7 +34,8 @@ Scanned scan_on_device(PrefixSum& scan, const std::vector<std::uint32_t>& values
 }  // namespace
 
 TEST_CASE("prefix sum equals std::exclusive_scan at every level boundary") {
-  PrefixSum scan(test_device(), 300000);
+  Workshop make(test_kernels());
+  PrefixSum scan(make, "test", 300000);
   std::mt19937 random(7);
   for (std::uint32_t n : {0u, 1u, 63u, 64u, 65u, 4095u, 4096u, 4097u, 262144u, 262145u, 300000u}) {
     CAPTURE(n);
@@ -51,7 +53,8 @@ TEST_CASE("prefix sum equals std::exclusive_scan at every level boundary") {
 }
 
 TEST_CASE("prefix sum wraps like 32-bit integers") {
-  PrefixSum scan(test_device(), 1000);
+  Workshop make(test_kernels());
+  PrefixSum scan(make, "test", 1000);
   const Scanned scanned = scan_on_device(scan, std::vector<std::uint32_t>(1000, 0x80000001u), 1000);
   CHECK(scanned.values[1] == 0x80000001u);
   CHECK(scanned.values[2] == 2u);
@@ -60,7 +63,8 @@ TEST_CASE("prefix sum wraps like 32-bit integers") {
 }
 
 TEST_CASE("one prefix sum object serves several sums of a frame") {
-  PrefixSum scan(test_device(), 5000);
+  Workshop make(test_kernels());
+  PrefixSum scan(make, "test", 5000);
   Buffer a(test_device(), "a", 5000 * 4), b(test_device(), "b", 200 * 4), totals(test_device(), "totals", 8);
   a.write_vector(std::vector<std::uint32_t>(5000, 2));
   b.write_vector(std::vector<std::uint32_t>(200, 3));

@@ -10,6 +10,7 @@
 
 using namespace nephele;
 using nephele::test::test_device;
+using nephele::test::test_kernels;
 
 namespace {
 
@@ -61,7 +62,8 @@ Pairs random_pairs(std::uint32_t count, std::uint32_t key_mask, std::uint32_t se
 }  // namespace
 
 TEST_CASE("radix sort equals std::stable_sort, values and all") {
-  RadixSort sort(test_device(), "test", 100000);
+  Workshop make(test_kernels());
+  RadixSort sort(make, "test", 100000);
   for (std::uint32_t count : {0u, 1u, 2u, 63u, 64u, 65u, 511u, 512u, 513u, 4097u, 99999u, 100000u}) {
     CAPTURE(count);
     const Pairs pairs = random_pairs(count, 0xFFFFFFFFu, count);
@@ -72,7 +74,8 @@ TEST_CASE("radix sort equals std::stable_sort, values and all") {
 }
 
 TEST_CASE("radix sort is stable: few and equal keys keep their order") {
-  RadixSort sort(test_device(), "test", 20000);
+  Workshop make(test_kernels());
+  RadixSort sort(make, "test", 20000);
   for (std::uint32_t mask : {0u, 1u, 0x80000000u, 0x01010101u}) {
     CAPTURE(mask);
     const Pairs pairs = random_pairs(20000, mask, 3);
@@ -81,7 +84,8 @@ TEST_CASE("radix sort is stable: few and equal keys keep their order") {
 }
 
 TEST_CASE("radix sort orders by the low key bits only, in as many rounds as they need") {
-  RadixSort sort(test_device(), "test", 5000);
+  Workshop make(test_kernels());
+  RadixSort sort(make, "test", 5000);
   for (std::uint32_t bits : {1u, 7u, 8u, 9u, 14u, 16u, 17u, 24u, 31u}) {
     CAPTURE(bits);
     const Pairs pairs = random_pairs(5000, 0xFFFFFFFFu, bits);
@@ -92,7 +96,8 @@ TEST_CASE("radix sort orders by the low key bits only, in as many rounds as they
 }
 
 TEST_CASE("radix sort handles ordered and reversed keys, and a count beyond its capacity") {
-  RadixSort sort(test_device(), "test", 3000);
+  Workshop make(test_kernels());
+  RadixSort sort(make, "test", 3000);
   Pairs pairs{Uints(3000), Uints(3000)};
   std::iota(pairs.values.begin(), pairs.values.end(), 0u);
   for (bool reversed : {false, true})

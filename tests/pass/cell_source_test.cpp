@@ -22,6 +22,7 @@ using nephele::shared::FrameCounters;
 using nephele::shared::Particle;
 using nephele::test::cloud_frame;
 using nephele::test::test_device;
+using nephele::test::test_kernels;
 
 namespace {
 
@@ -68,7 +69,10 @@ TEST_CASE("a frame depends on its camera alone, not on earlier frames") {
   CameraState here, there;
   there.position_m = {52000.0, -800.0, 2600.0};
   there.yaw_rad = 2.0;
-  CloudParticles flown(test_device(), small_frame(), {}), fresh(test_device(), small_frame(), {});
+  Workshop make_flown(test_kernels());
+  CloudParticles flown(make_flown, small_frame(), {});
+  Workshop make_fresh(test_kernels());
+  CloudParticles fresh(make_fresh, small_frame(), {});
   const Run first = run(flown, small_frame(here));
   run(flown, small_frame(there));
   const Run back = run(flown, small_frame(here));
@@ -82,7 +86,8 @@ TEST_CASE("a frame depends on its camera alone, not on earlier frames") {
 
 TEST_CASE("past the capacity the farthest cells are left out and counted; what stays does not change") {
   const FrameConstants constants = small_frame();
-  CloudParticles roomy(test_device(), constants, {});
+  Workshop make_roomy(test_kernels());
+  CloudParticles roomy(make_roomy, constants, {});
   const Run all = run(roomy, constants);
   REQUIRE(all.counters.particle_demand == all.counters.particle_count);
   const auto cell_first = roomy.grid().cell_first.read_vector<std::uint32_t>(shared::grid_cell_count(constants) + 1);
@@ -90,7 +95,8 @@ TEST_CASE("past the capacity the farthest cells are left out and counted; what s
   for (const std::uint32_t capacity :
        {1u, 64u, 1000u, all.counters.particle_demand - 1u, all.counters.particle_demand}) {
     CAPTURE(capacity);
-    CloudParticles tight(test_device(), constants, {}, capacity);
+    Workshop make_tight(test_kernels());
+    CloudParticles tight(make_tight, constants, {}, capacity);
     const Run some = run(tight, constants);
     CHECK(some.counters.particle_demand == all.counters.particle_demand);
     REQUIRE(some.counters.particle_count <= capacity);
@@ -125,7 +131,8 @@ TEST_CASE("empty skies") {
     up.position_m = {0, 0, 30000};
     up.pitch_rad = 1.5;
     constants = small_frame(up);
-    CloudParticles pass(test_device(), constants, {});
+    Workshop make_pass(test_kernels());
+    CloudParticles pass(make_pass, constants, {});
     const Run result = run(pass, constants);
     CHECK(result.counters.particle_count > 0);
     CHECK(result.counters.visible_count == 0);
@@ -133,7 +140,8 @@ TEST_CASE("empty skies") {
     CHECK(result.counters.draw == glm::uvec4(0, 1, 0, 0));
     return;
   }
-  CloudParticles pass(test_device(), constants, {});
+  Workshop make_pass(test_kernels());
+  CloudParticles pass(make_pass, constants, {});
   const Run result = run(pass, constants);
   CHECK(result.counters.particle_demand == 0);
   CHECK(result.counters.cell_count == 0);
@@ -154,7 +162,8 @@ TEST_CASE("extreme settings stay finite and within the capacity") {
         CAPTURE(thickness_m);
         CAPTURE(coverage);
         CAPTURE(x);
-        CloudParticles pass(test_device(), constants, {});
+        Workshop make_pass(test_kernels());
+        CloudParticles pass(make_pass, constants, {});
         const Run result = run(pass, constants);
         CHECK(result.counters.particle_demand == result.counters.particle_count);
         CHECK(result.counters.particle_count > 10);
@@ -172,7 +181,8 @@ TEST_CASE("the sky over a place is the same 10 000 km out") {
   CameraState near_camera, far_camera;
   far_camera.position_m = {1e7, 1e7, 1500.0};
   const FrameConstants near_frame = small_frame(near_camera), far_frame = small_frame(far_camera);
-  CloudParticles pass(test_device(), near_frame, {});
+  Workshop make_pass(test_kernels());
+  CloudParticles pass(make_pass, near_frame, {});
   const Run a = run(pass, near_frame), b = run(pass, far_frame);
   CHECK(b.counters.particle_count > a.counters.particle_count / 3);
   CHECK(b.counters.particle_count < a.counters.particle_count * 3);
@@ -199,7 +209,8 @@ TEST_CASE("the sky over a place is the same 10 000 km out") {
 TEST_CASE("the visible list leaves out nothing that shows, and little that does not") {
   std::mt19937 random(21);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  CloudParticles pass(test_device(), small_frame(), {});
+  Workshop make_pass(test_kernels());
+  CloudParticles pass(make_pass, small_frame(), {});
   for (int view = 0; view < 12; ++view) {
     CameraState camera;
     camera.position_m = {2e4 * unit(random), 2e4 * unit(random),
@@ -255,7 +266,8 @@ TEST_CASE("listed particles come first, in world space without loss") {
     listed[3].density = 0.0f;
     FrameConstants constants = small_frame(camera);
     constants.listed_particle_count = 200;
-    CloudParticles pass(test_device(), constants, listed);
+    Workshop make_pass(test_kernels());
+    CloudParticles pass(make_pass, constants, listed);
     const Run result = run(pass, constants, camera.position_m);
     REQUIRE(result.particles.size() > 1000);
     for (std::size_t i = 0; i < listed.size(); ++i) {
@@ -275,7 +287,8 @@ TEST_CASE("listed particles come first, in world space without loss") {
     CHECK(result.counters.particle_demand == result.counters.particle_count);
 
     constants.clouds_enabled = 0;
-    CloudParticles alone(test_device(), constants, listed, 150);
+    Workshop make_alone(test_kernels());
+    CloudParticles alone(make_alone, constants, listed, 150);
     const Run few = run(alone, constants, camera.position_m);
     CHECK(few.counters.particle_demand == 200);
     CHECK(few.counters.particle_count == 150);

@@ -20,8 +20,9 @@ struct Shadow {
 };
 
 Shadow cast(const LightScene& scene, const std::vector<glm::vec3>& points_m) {
-  LightTiles tiles(test_device(), scene.particle_capacity(), 1u << 20);
-  CloudShadow shadow(test_device(), kTexelsPerTile);
+  Workshop make(test_kernels());
+  LightTiles tiles(make, scene.particle_capacity(), 1u << 20);
+  CloudShadow shadow(make, kTexelsPerTile);
   ComputeKernel probe(test_device(), shaders::cloud_shadow_probe_comp);
   Buffer points(test_device(), "points", points_m.size() * sizeof(glm::vec3));
   points.write_vector(points_m);

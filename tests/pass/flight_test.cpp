@@ -11,7 +11,7 @@
 
 using namespace nephele;
 using nephele::test::test_device;
-using nephele::test::test_tables;
+using nephele::test::test_sky;
 
 namespace {
 
@@ -20,9 +20,8 @@ constexpr float kFirstFadeM = 8000.0f;   // the finest ring of 104 cells fades f
 constexpr float kWhite = 0.31831f;       // radiance of a white surface in full sun, per unit of its irradiance
 
 std::unique_ptr<Renderer> make_renderer(const Scene& scene, std::uint32_t ring_size_cells) {
-  auto renderer =
-      Renderer::create(test_device(), test_tables(), scene,
-                       {.width = 160, .height = 90, .quality = Quality::low, .ring_size_cells = ring_size_cells});
+  auto renderer = Renderer::create(
+      test_sky(), scene, {.width = 160, .height = 90, .quality = Quality::low, .ring_size_cells = ring_size_cells});
   REQUIRE(renderer);
   return std::move(*renderer);
 }

@@ -38,8 +38,9 @@ TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
   Buffer buffer(device, "constants", sizeof constants);
   buffer.write(std::as_bytes(std::span(&constants, 1)));
   const Image shadow = uniform_shadow(device, 1.0f, 90000.0f);  // above everything within reach
-  AtmospherePass atmosphere(device);
-  HazeShadow pass(device);
+  Workshop make(test::test_kernels());
+  AtmospherePass atmosphere(make);
+  HazeShadow pass(make);
   FrameExecutor executor(device);
   FrameBuilder frame(device);
   const AtmosphereTables& tables = atmosphere.add(frame, constants, buffer, {.ground_albedo = constants.ground_albedo});
@@ -91,8 +92,7 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
       scene.camera.pitch_rad = pitch_rad;
       std::vector<float> pictures[2];
       for (const Scene* of : {&scene, &anywhere}) {
-        auto renderer = Renderer::create(test::test_device(), test::test_tables(), *of,
-                                         {.width = 96, .height = 54, .quality = Quality::low});
+        auto renderer = Renderer::create(test::test_sky(), *of, {.width = 96, .height = 54, .quality = Quality::low});
         REQUIRE_MESSAGE(renderer, renderer.error().message);
         (*renderer)->render(scene.camera, 0.0);
         pictures[of == &anywhere] = (*renderer)->read_hdr();

@@ -42,7 +42,7 @@ Scene cloudy() {
 }
 
 std::unique_ptr<Renderer> make_renderer(const Scene& scene, std::uint32_t scale = 1) {
-  auto renderer = Renderer::create(test_device(), test_tables(), scene,
+  auto renderer = Renderer::create(test_sky(), scene,
                                    {.width = kWidth, .height = kHeight, .quality = Quality::low, .scale = scale});
   REQUIRE(renderer);
   return std::move(*renderer);

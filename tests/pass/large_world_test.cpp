@@ -14,7 +14,7 @@
 
 using namespace nephele;
 using nephele::test::test_device;
-using nephele::test::test_tables;
+using nephele::test::test_sky;
 
 namespace {
 
@@ -37,7 +37,7 @@ CameraState camera_at(glm::dvec3 position_m, double yaw_rad, double pitch_rad) {
 }
 
 std::unique_ptr<Renderer> make_renderer(const Scene& scene, const RenderSettings& settings = kSmall) {
-  auto renderer = Renderer::create(test_device(), test_tables(), scene, settings);
+  auto renderer = Renderer::create(test_sky(), scene, settings);
   REQUIRE(renderer);
   return std::move(*renderer);
 }

@@ -25,7 +25,8 @@ struct Lists {
 };
 
 Lists build(const LightScene& scene, std::uint32_t pair_capacity) {
-  LightTiles tiles(test_device(), scene.particle_capacity(), pair_capacity);
+  Workshop make(test_kernels());
+  LightTiles tiles(make, scene.particle_capacity(), pair_capacity);
   FrameBuilder frame(test_device());
   const LightTileLists built = tiles.add(frame, scene.constants, scene.particles, scene.counters);
   FrameExecutor(test_device()).run(frame);

@@ -12,8 +12,9 @@ using shared::ParticleLight;
 namespace {
 
 std::vector<ParticleLight> light(const LightScene& scene, const Image* transmittance = nullptr) {
-  LightTiles tiles(test_device(), scene.particle_capacity(), 400000);
-  Occlusion occlusion(test_device(), scene.visible_capacity());
+  Workshop make(test_kernels());
+  LightTiles tiles(make, scene.particle_capacity(), 400000);
+  Occlusion occlusion(make, scene.visible_capacity());
   FrameBuilder frame(test_device());
   const LightTileLists lists = tiles.add(frame, scene.constants, scene.particles, scene.counters);
   const Buffer& lights =

@@ -9,7 +9,7 @@
 
 using namespace nephele;
 using nephele::test::test_device;
-using nephele::test::test_tables;
+using nephele::test::test_sky;
 
 namespace {
 
@@ -23,7 +23,7 @@ Scene windy_sky(glm::dvec2 wind_m_per_s) {
 }
 
 std::unique_ptr<Renderer> make_renderer(const Scene& scene, bool reuse) {
-  auto renderer = Renderer::create(test_device(), test_tables(), scene,
+  auto renderer = Renderer::create(test_sky(), scene,
                                    {.width = kWidth, .height = kHeight, .quality = Quality::low, .reuse = reuse});
   REQUIRE(renderer);
   return std::move(*renderer);
@@ -115,7 +115,7 @@ TEST_CASE("a layer that is not kept at full size changes no pixel of the frame")
     if (!air) scene.atmosphere.enabled = false;
     const auto render = [&](bool full_layer) {
       auto renderer = Renderer::create(
-          test_device(), test_tables(), scene,
+          test_sky(), scene,
           {.width = kWidth, .height = kHeight, .quality = Quality::low, .scale = 2, .full_layer = full_layer});
       REQUIRE(renderer);
       CameraState camera;

@@ -57,7 +57,8 @@ Built build(const std::vector<Item>& items, std::uint32_t pair_capacity, std::ui
   rectangles.write_vector(rectangle_values);
   order.write_vector(order_values);
   counters.write_vector(std::vector{Counters{count, 0, 0, {(count + 63) / 64, 1, 1}, {}}});
-  TilePairs pairs(device, "test_tile", count, pair_capacity, columns, rows);
+  Workshop make(test_kernels());
+  TilePairs pairs(make, "test_tile", count, pair_capacity, columns, rows);
   FrameBuilder frame(device);
   const TileLists lists =
       pairs.add(frame, "tile_pairs", counters,

@@ -12,6 +12,7 @@
 
 using namespace nephele;
 using nephele::test::test_device;
+using nephele::test::test_kernels;
 using shared::FrameCounters;
 using shared::Particle;
 
@@ -31,7 +32,8 @@ std::vector<std::uint32_t> draw_order(const std::vector<Particle>& particles, co
   Buffer counters(test_device(), "counters", sizeof counts);
   counters.write(std::as_bytes(std::span(&counts, 1)));
 
-  ViewSort sort(test_device(), count + 10);
+  Workshop make(test_kernels());
+  ViewSort sort(make, count + 10);
   FrameBuilder frame(test_device());
   const Buffer& order = sort.add(frame, particle_buffer, visible, counters);
   FrameExecutor(test_device()).run(frame);

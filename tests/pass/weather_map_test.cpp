@@ -19,7 +19,8 @@ using nephele::shared::FrameConstants;
 using nephele::shared::FrameCounters;
 using nephele::test::cloud_frame;
 using nephele::test::test_device;
-using nephele::test::test_tables;
+using nephele::test::test_kernels;
+using nephele::test::test_sky;
 
 namespace {
 
@@ -39,8 +40,7 @@ Scene mapped_scene(const WeatherMap& map) {
 }
 
 std::unique_ptr<Renderer> make_renderer(const Scene& scene) {
-  auto renderer =
-      Renderer::create(test_device(), test_tables(), scene, {.width = 64, .height = 36, .quality = Quality::low});
+  auto renderer = Renderer::create(test_sky(), scene, {.width = 64, .height = 36, .quality = Quality::low});
   REQUIRE(renderer);
   return std::move(*renderer);
 }
@@ -73,7 +73,8 @@ TEST_CASE("particles follow the map: none where it is clear, all where it is clo
   const WeatherMap map = three_bands();
   const shared::WeatherPlacement placement =
       shared::weather_placement({map.width, map.height}, map.origin_m, map.extent_m, glm::dvec2(0.0));
-  CloudParticles pass(test_device(), constants, {}, 0, &map);
+  Workshop make_pass(test_kernels());
+  CloudParticles pass(make_pass, constants, {}, 0, &map);
   Buffer buffer(test_device(), "frame_constants", sizeof(FrameConstants));
   std::vector<double> looked(3), occupied(3), expected(3);
   for (const std::uint32_t seed : {3u, 4u, 5u, 6u}) {
@@ -177,7 +178,7 @@ TEST_CASE("a camera that drifts with the wind sees the map pass below, whatever 
 TEST_CASE("a map that is not well-formed is refused") {
   Scene scene = mapped_scene(three_bands());
   scene.clouds->weather_map->texels.pop_back();
-  const auto renderer = Renderer::create(test_device(), test_tables(), scene, {.width = 64, .height = 36});
+  const auto renderer = Renderer::create(test_sky(), scene, {.width = 64, .height = 36});
   REQUIRE_FALSE(renderer);
   CHECK(renderer.error().message.find("weather map") != std::string::npos);
 }

@@ -7,6 +7,7 @@
 
 #include "engine/camera.h"
 #include "passes/layer/cloud_layer.h"
+#include "passes/layer/detail_noise.h"
 #include "shared/ellipsoid.h"
 #include "shared/screen_bounds.h"
 #include "tests/support/blend_oracle.h"
@@ -109,14 +110,16 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
   counts.visible_groups = {(count + 63) / 64, 1, 1};
   counts.draw = {6 * count, 1, 0, 0};
 
-  CloudLayer layer(device, tables, {size.width, size.height, 1}, backend, blend, room, march_steps);
+  Workshop make(test_kernels());
+  const DetailNoise noise(test_kernels());
+  CloudLayer layer(make, tables, {size.width, size.height, 1}, backend, blend, room, march_steps);
   FrameExecutor executor(device);
   Layer result{std::vector<glm::vec4>(size.width * size.height), std::vector<float>(size.width * size.height)};
   result.shade_ms = 1e30;
   for (int run = 0; run < runs; ++run) {
     counters.write_vector(std::vector{counts});
     FrameBuilder frame(device);
-    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, host});
+    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, noise.image(), host});
     executor.run(frame);
     double ms = 0;
     for (const PassTime& pass : executor.pass_times())

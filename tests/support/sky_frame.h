@@ -71,7 +71,8 @@ struct SkyPicture {
 // Kept between pictures, as a renderer does.
 class SkyFrame {
  public:
-  explicit SkyFrame(Device& device) : device_(device), atmosphere_(device), composite_(device), executor_(device) {}
+  explicit SkyFrame(Device& device)
+      : device_(device), make_(test_kernels()), atmosphere_(make_), composite_(make_), executor_(device) {}
 
   SkyPicture render(const shared::FrameConstants& constants, const glm::dvec3& camera_m,
                     const CloudLayerPixels* clouds = nullptr, const Image* shadow = nullptr) {
@@ -113,6 +114,7 @@ class SkyFrame {
 
  private:
   Device& device_;
+  Workshop make_;
   AtmospherePass atmosphere_;
   CompositePass composite_;
   FrameExecutor executor_;

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <memory>
+#include <vector>
 
 namespace nephele::test {
 namespace {
@@ -10,6 +11,11 @@ namespace {
 std::unique_ptr<Device>& device_slot() {
   static std::unique_ptr<Device> device;
   return device;
+}
+
+std::vector<std::function<void()>>& releases() {
+  static std::vector<std::function<void()>> functions;
+  return functions;
 }
 
 }  // namespace
@@ -24,6 +30,21 @@ Device& test_device() {
   return *device;
 }
 
-void release_test_device() { device_slot().reset(); }
+Kernels& test_kernels() {
+  static std::unique_ptr<Kernels> kernels;
+  if (!kernels) {
+    kernels = std::make_unique<Kernels>(test_device());
+    release_before_device([] { kernels.reset(); });
+  }
+  return *kernels;
+}
+
+void release_before_device(std::function<void()> release) { releases().push_back(std::move(release)); }
+
+void release_test_device() {
+  for (const auto& release : releases()) release();
+  releases().clear();
+  device_slot().reset();
+}
 
 }  // namespace nephele::test

@@ -1,6 +1,7 @@
 #include "tests/support/test_tables.h"
 
 #include "engine/check.h"
+#include "tests/support/test_device.h"
 
 namespace nephele::test {
 
@@ -11,6 +12,17 @@ const Tables& test_tables() {
     return std::move(*loaded);
   }();
   return tables;
+}
+
+Sky& test_sky() {
+  static std::unique_ptr<Sky> sky;
+  if (!sky) {
+    auto made = Sky::create(test_device(), test_tables());
+    NEPHELE_CHECK(made, made ? "" : made.error().message);
+    sky = std::move(*made);
+    release_before_device([] { sky.reset(); });
+  }
+  return *sky;
 }
 
 }  // namespace nephele::test

@@ -24,8 +24,7 @@ TEST_CASE("an installed package builds and runs in another project") {
   const double there = std::strtod(read_file(log).c_str(), nullptr);
 
   const Scene scene;
-  const auto renderer =
-      Renderer::create(test_device(), test_tables(), scene, {.width = 64, .height = 36, .quality = Quality::low});
+  const auto renderer = Renderer::create(test_sky(), scene, {.width = 64, .height = 36, .quality = Quality::low});
   REQUIRE(renderer);
   (*renderer)->render(scene.camera, 0.0);
   const std::vector<float> hdr = (*renderer)->read_hdr();

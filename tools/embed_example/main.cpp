@@ -10,8 +10,9 @@ int main() {
   const auto tables = load_or_bake(TableParameters{}, default_cache_dir());
   if (!tables) return std::fprintf(stderr, "%s\n", tables.error().message.c_str()), 1;
   const Scene scene;
-  const auto renderer =
-      Renderer::create(**device, *tables, scene, {.width = 64, .height = 36, .quality = Quality::low});
+  const auto sky = Sky::create(**device, *tables);
+  if (!sky) return std::fprintf(stderr, "%s\n", sky.error().message.c_str()), 1;
+  const auto renderer = Renderer::create(**sky, scene, {.width = 64, .height = 36, .quality = Quality::low});
   if (!renderer) return std::fprintf(stderr, "%s\n", renderer.error().message.c_str()), 1;
   (*renderer)->render(scene.camera, 0.0);
   double sum = 0;
