@@ -13,6 +13,7 @@
 #include "shared/blend.h"
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
+#include "shared/flat_base.h"
 #include "shared/light.h"
 #include "shared/reference_particle.h"
 #include "shared/screen_bounds.h"
@@ -44,7 +45,6 @@ layout(set = 0, binding = 11) uniform usamplerBuffer pixels;  // that the partic
 // kSteps is how many steps take a ray through eight particles in a row; they grow with the particles, which double in
 // size from ring to ring of the grid.
 const float kStepsThroughDiameters = 8.0;
-const float kThinAboveBaseM = 50.0;  // as in the particles' shading
 
 // A particle as one ray sees it.
 struct Candidate {
@@ -133,7 +133,7 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   const float cells = float(textureSize(density_lattice, 0).x - 1);
   float density =
       c.homogeneous ? 1.0 : textureLod(density_lattice, ((0.5 * p + 0.5) * cells + 0.5) / (cells + 1.0), 0.0).x;
-  if (c.base_m > -1e29) density *= smoothstep(0.0, kThinAboveBaseM, altitude - c.base_m);
+  if (has_base(c.base_m)) density *= base_fade(altitude - c.base_m);
   if (density <= 0.0) return;
   s.matter = s.matter || density > kFirstMatterDensity;
   const float w = density * c.extinction_per_m;

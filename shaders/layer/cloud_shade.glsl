@@ -7,6 +7,7 @@
 #include "shared/blend.h"
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
+#include "shared/flat_base.h"
 #include "shared/light.h"
 #include "shared/scattering.h"
 #include "shared/screen_bounds.h"
@@ -69,7 +70,7 @@ bool cut_at_base(float base_m, vec3 direction, inout float near_m, inout float f
     far_m = near_m - above_near / slope;
     above_far = 0.0;
   }
-  thinning = smoothstep(0.0, 50.0, 0.5 * (above_near + above_far));
+  thinning = base_fade(0.5 * (above_near + above_far));
   return far_m > near_m;
 }
 
@@ -137,7 +138,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
     density = tau_chord * chord_share(at.x, at.y, at.z, h * h, p.flags) / (far_m - near_m);
     if (density <= 0.0) return false;
   }
-  if (p.base_m > -1e29 && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
+  if (has_base(p.base_m) && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
   density *= thinning;
 
   float relief = 1.0;
