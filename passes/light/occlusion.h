@@ -22,6 +22,7 @@ class Occlusion {
 
  private:
   ComputeKernel occlusion_, occlusion_air_;
+  Image no_transmittance_;  // a dummy of one texel, bound without air and never read
   Buffer lights_;
 };
 
