@@ -42,8 +42,8 @@ layout(set = 0, binding = 11) uniform usamplerBuffer pixels;  // that the partic
 #include "layer/particle_light.glsl"
 #include "kit/texels.glsl"
 
-// kSteps is how many steps take a ray through eight particles in a row; they grow with the particles, which double in
-// size from ring to ring of the grid.
+// A ray takes kSteps steps across eight particle diameters. Steps grow with the particles, which double in size from
+// ring to ring of the grid.
 const float kStepsThroughDiameters = 8.0;
 
 // A particle as one ray sees it.
@@ -56,9 +56,10 @@ struct Candidate {
   vec3 to_sun;                           // unit, reference space
   float sun_radius_m;                    // of the ellipsoid along the sun's rays
   float tau_begin, tau_per_m, tau_mean;  // towards the sun through the others: linear along the ray
-  float near_share, tau_rest;            // of that, in the cloud around; depth of the rest of that cloud
+  float near_share;                      // share of that depth that lies in the cloud around
+  float tau_rest;                        // depth of that cloud without what lies towards the sun
   float outward;                         // as in DrawParticle
-  float multiple_per_sr;                 // light scattered more often inside, per irradiance
+  float multiple_per_sr;                 // light scattered more than once inside the particle, per unit irradiance
   vec3 sun_irradiance;
   vec3 ambient;  // radiance of sky and ground in it, or its own
 };
@@ -115,10 +116,10 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
   return true;
 }
 
-// What a place of the ray adds up to.
+// The sums over all particles at one place of the ray.
 struct Sample {
-  float extinction_per_m, lit_per_m;                                    // of all, of those that the sun lights
-  float varying_per_m;                                                  // of those that are not homogeneous
+  float extinction_per_m, lit_per_m;                                    // of all particles; of those the sun lights
+  float varying_per_m;                                                  // of the particles that are not homogeneous
   float tau, tau_near, tau_rest, tau_inside, outward, multiple_per_sr;  // weighted by lit extinction
   vec3 sun_irradiance, ambient;
   bool matter;

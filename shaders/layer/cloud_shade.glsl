@@ -19,8 +19,8 @@
 
 // Fine structure at the first matter: tiling noise in the air's frame, two periods that never line up. It gives the
 // smooth particles of the optical depth table their ragged outlines.
-NEPHELE_CONST(float, kDetailMean, 0.5);  // of the noise
-NEPHELE_CONST(float, kErosion, 0.1);     // mean
+NEPHELE_CONST(float, kDetailMean, 0.5);  // mean of the noise
+NEPHELE_CONST(float, kErosion, 0.1);     // mean of Detail.erosion
 
 struct Detail {
   float erosion;  // chords of a lower mean density (over the peak) are empty

@@ -1,7 +1,7 @@
-// Light of one particle that does not depend on where along a ray it is asked for, or on the altitude alone: what the
-// shading of whole chords (cloud_shade.glsl) and the ray marcher (cloud_march.comp) hand to source_radiance of
-// cloud_light.h alike. The including shader declares FrameConstants frame and sampler3D multiple_table, and includes
-// blend.h, cloud_light.h and types.h before.
+// Two parts of a particle's light that the shading of whole chords (cloud_shade.glsl) and the ray marcher
+// (cloud_march.comp) take from the particle by the same formulas and hand to source_radiance (cloud_light.h).
+// The including shader declares FrameConstants frame and sampler3D multiple_table, and includes blend.h, cloud_light.h
+// and types.h before.
 #ifndef NEPHELE_PARTICLE_LIGHT_GLSL
 #define NEPHELE_PARTICLE_LIGHT_GLSL
 

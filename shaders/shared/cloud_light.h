@@ -9,10 +9,10 @@
 //   sky and ground           mean radiance of the directions above and below, mixed by the place in the cloud and the
 //                            view
 //
-// tau is the optical depth towards the sun, tau' = (1 - g) tau what it counts by similarity once forward scattering is
-// taken for none. Deviates from the paper: it scales tau by xi = 0.05 for everything and has the first two terms; here
-// single scattering keeps the true depth, and what the rest of the cloud contributes depends on how much of it there
-// is, so that thin turrets and edges stay dark seen from the sun's side.
+// tau is the optical depth towards the sun; tau' = (1 - g) tau is the depth that similarity leaves of it when light
+// scattered forward counts as not scattered. Deviates from the paper: it scales tau by xi = 0.05 for everything and has
+// the first two terms; here single scattering keeps the true depth, and what the rest of the cloud contributes depends
+// on how much of it there is, so that thin turrets and edges stay dark seen from the sun's side.
 #ifndef NEPHELE_SHARED_CLOUD_LIGHT_H
 #define NEPHELE_SHARED_CLOUD_LIGHT_H
 
@@ -21,7 +21,7 @@
 
 NEPHELE_SHARED_BEGIN
 
-// What the terms weigh: fitted to the sunlight of the path-traced images of one cloud from three sides and of two
+// The weights of the terms: fitted to the sunlight of the path-traced images of one cloud from three sides and of two
 // fields (docs/accuracy.md), for their relative squared error and their bias alike. An earlier fit left single
 // scattering free, which came out as 1. The terms overlap: orders two and three are in each.
 NEPHELE_CONST(float, kAgainShare, 0.75f);
