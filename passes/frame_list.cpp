@@ -58,7 +58,7 @@ FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const DetailNo
       noise_(noise),
       constants_(make.buffer("frame_constants", sizeof(FrameConstants))),
       atmosphere_(make),
-      composite_(make),
+      composite_(make, settings.width, settings.height),
       hdr_(make.image("hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height})),
       display_(make.image("display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height})),
       no_host_(make.image("no_host", {VK_FORMAT_R32_SFLOAT})) {

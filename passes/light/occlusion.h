@@ -23,7 +23,8 @@ class Occlusion {
  private:
   const ComputeKernel& occlusion_;
   const ComputeKernel& occlusion_air_;
-  Buffer& lights_;
+  const Image& no_transmittance_;  // a dummy of one texel, bound without air and never read
+  const Buffer& lights_;
 };
 
 }  // namespace nephele

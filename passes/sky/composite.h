@@ -23,8 +23,8 @@ struct CompositeInputs {
   const AtmosphereTables* atmosphere = nullptr;  // null: black sky, no haze
   const Image* layer_color = nullptr;            // cloud layer: radiance times opacity, transmittance; null: no clouds
   const Image* layer_depth = nullptr;            // metres to the first matter, +inf without
-  const Image* layer_scene =
-      nullptr;  // metres to what stands behind, for upscaling; null: the layer has full size (scale 1)
+  // Metres to what stands behind, for upscaling; null: the layer has full size (scale 1).
+  const Image* layer_scene = nullptr;
   const Image* full_color = nullptr;  // where the upscaled layer is kept; null: nowhere
   const Image* full_depth = nullptr;
   const Image* host_distance = nullptr;  // full size, read if FrameConstants::host_scene; never null
@@ -34,25 +34,33 @@ struct CompositeInputs {
 
 class CompositePass {
  public:
-  enum class Layer : std::uint8_t { none, full, upscaled, upscaled_and_kept };
-
-  explicit CompositePass(Workshop& make);
+  // For images of up to this size.
+  CompositePass(Workshop& make, std::uint32_t width, std::uint32_t height);
 
   // hdr: RGBA32F, linear radiance before exposure; display: RGBA8, sRGB. camera_world_m places the ground's pattern.
   void add(FrameBuilder& frame, const CompositeInputs& inputs, const glm::dvec3& camera_world_m, const Image& hdr,
            const Image& display);
 
  private:
-  struct Kernels {  // of one set of inputs
-    ComputeKernel tiles, sun;
-    std::array<ComputeKernel, 5> kinds;  // composite_tiles.glsl
+  struct Parts {  // of a frame: the specialisation constants of composite.comp
+    bool air, clouds, upscale, keep_layer, shadow;
   };
-  const Kernels& kernels(bool air, bool shadow, Layer layer);
+  struct PartKernels {  // for one set of parts
+    const ComputeKernel* tiles;
+    const ComputeKernel* sun;
+    std::array<const ComputeKernel*, 5> kinds;  // composite_tiles.glsl
+  };
+  PartKernels kernels(const Parts& parts) const;
 
-  Device& device_;
+  Workshop& make_;
   HazeShadow haze_shadow_;
-  std::array<Kernels, 16> kernels_;  // those that frames so far have asked for
-  Buffer tiles_;                     // for the largest image so far
+  // Dummies of one texel. Those for stored images are images of their own: what is both stored and sampled in one frame
+  // would need barriers.
+  const Image& no_image_;
+  const Image& no_volume_;
+  const Image& no_full_color_;
+  const Image& no_full_depth_;
+  const Buffer& tiles_;
 };
 
 }  // namespace nephele

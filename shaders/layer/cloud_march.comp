@@ -13,6 +13,7 @@
 #include "shared/blend.h"
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
+#include "shared/flat_base.h"
 #include "shared/light.h"
 #include "shared/reference_particle.h"
 #include "shared/screen_bounds.h"
@@ -38,13 +39,12 @@ layout(set = 0, binding = 11) uniform usamplerBuffer pixels;  // that the partic
 #include "kit/camera_rays.glsl"
 #include "layer/driver_limit.glsl"
 #include "layer/march_noise.glsl"
-#include "layer/table_fetch.glsl"
+#include "layer/particle_light.glsl"
 #include "kit/texels.glsl"
 
-// kSteps is how many steps take a ray through eight particles in a row; they grow with the particles, which double in
-// size from ring to ring of the grid.
+// A ray takes kSteps steps across eight particle diameters. Steps grow with the particles, which double in size from
+// ring to ring of the grid.
 const float kStepsThroughDiameters = 8.0;
-const float kThinAboveBaseM = 50.0;  // as in the particles' shading
 
 // A particle as one ray sees it.
 struct Candidate {
@@ -56,14 +56,16 @@ struct Candidate {
   vec3 to_sun;                           // unit, reference space
   float sun_radius_m;                    // of the ellipsoid along the sun's rays
   float tau_begin, tau_per_m, tau_mean;  // towards the sun through the others: linear along the ray
-  float near_share, tau_rest;            // of that, in the cloud around; depth of the rest of that cloud
+  float near_share;                      // share of that depth that lies in the cloud around
+  float tau_rest;                        // depth of that cloud without what lies towards the sun
   float outward;                         // as in DrawParticle
-  float multiple_per_sr;                 // light scattered more often inside, per irradiance
+  float multiple_per_sr;                 // light scattered more than once inside the particle, per unit irradiance
   vec3 sun_irradiance;
   vec3 ambient;  // radiance of sky and ground in it, or its own
 };
 
-// As source_radiance in cloud_shade.glsl has it for whole chords.
+// Fills in what the particle's light is on this ray; what of it varies along the ray, add_candidate finds at each
+// place.
 void light_candidate(DrawParticle p, vec3 direction, vec3 closest, float half_chord, inout Candidate c) {
   c.sun_irradiance = vec3(0.0);
   c.multiple_per_sr = 0.0;
@@ -86,16 +88,12 @@ void light_candidate(DrawParticle p, vec3 direction, vec3 closest, float half_ch
   c.tau_rest = p.tau_behind + kMeanChord * p.optical_radius;
 
   const vec3 entry = normalize(closest - half_chord * c.step);
-  const float h = min(half_chord * length(c.step), 1.0), sigma = p.optical_radius;
-  c.multiple_per_sr = fetch_multiple(multiple_table, dot(entry, p.light_direction), h,
-                                     dot(p.light_direction, -normalize(c.step)), sigma, frame.phase_g) /
-                      max(opacity_of(2.0 * h * sigma), 1e-3);
+  const float h = min(half_chord * length(c.step), 1.0);
+  c.multiple_per_sr = multiple_inside_per_sr(p, entry, h, dot(p.light_direction, -normalize(c.step)));
 
   c.outward = p.outward;
 
-  const float height_m = 0.5 * (c.near_m + c.far_m) * direction.z - p.center_m.z;
-  const float above = ambient_share_above(p.sky_share + p.sky_share_per_m * height_m, direction.z);
-  c.ambient = mix(p.sky_down_radiance, p.sky_up_radiance, above);
+  c.ambient = ambient_radiance(p, 0.5 * (c.near_m + c.far_m) * direction.z - p.center_m.z, direction.z);
 }
 
 // False where the ray misses the particle, or has it all behind `from_m` or beyond `limit_m`.
@@ -118,10 +116,10 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
   return true;
 }
 
-// What a place of the ray adds up to.
+// The sums over all particles at one place of the ray.
 struct Sample {
-  float extinction_per_m, lit_per_m;                                    // of all, of those that the sun lights
-  float varying_per_m;                                                  // of those that are not homogeneous
+  float extinction_per_m, lit_per_m;                                    // of all particles; of those the sun lights
+  float varying_per_m;                                                  // of the particles that are not homogeneous
   float tau, tau_near, tau_rest, tau_inside, outward, multiple_per_sr;  // weighted by lit extinction
   vec3 sun_irradiance, ambient;
   bool matter;
@@ -133,7 +131,7 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   const float cells = float(textureSize(density_lattice, 0).x - 1);
   float density =
       c.homogeneous ? 1.0 : textureLod(density_lattice, ((0.5 * p + 0.5) * cells + 0.5) / (cells + 1.0), 0.0).x;
-  if (c.base_m > -1e29) density *= smoothstep(0.0, kThinAboveBaseM, altitude - c.base_m);
+  if (has_base(c.base_m)) density *= base_fade(altitude - c.base_m);
   if (density <= 0.0) return;
   s.matter = s.matter || density > kFirstMatterDensity;
   const float w = density * c.extinction_per_m;
@@ -156,18 +154,22 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
                   max(profile_integral(sqrt(h2), h2, flags) - profile_integral(along, h2, flags), 0.0);
 }
 
-vec3 source_radiance(Sample s, float mu) {
-  vec3 radiance = s.ambient / s.extinction_per_m;
-  if (s.lit_per_m > 0.0) {
-    const float g = frame.phase_g, tau = s.tau / s.lit_per_m, tau_self = s.tau_inside / s.lit_per_m,
-                tau_near = s.tau_near / s.lit_per_m;
-    const float sun = phase_per_sr(frame.phase_function, mu, g) * exp(-tau - tau_self) +
-                      kAgainShare * s.multiple_per_sr / s.lit_per_m * exp(-(1.0 - g) * tau) +
-                      light_from_around(mu, g, tau + tau_self, tau_near + tau_self, tau_near + s.tau_rest / s.lit_per_m,
-                                        s.outward / s.lit_per_m);
-    radiance += s.sun_irradiance / s.extinction_per_m * sun;
-  }
-  return radiance;
+// Source radiance of all matter at the place. Emissive matter counts as lit by its own light alone.
+vec3 sample_radiance(Sample s, float mu) {
+  const vec3 ambient_radiance = s.ambient / s.extinction_per_m;
+  if (!(s.lit_per_m > 0.0)) return ambient_radiance;
+  PlaceLight light;
+  light.sun_irradiance = s.sun_irradiance / s.extinction_per_m;
+  light.ambient_radiance = ambient_radiance;
+  light.tau_sun = s.tau / s.lit_per_m;
+  light.tau_self = s.tau_inside / s.lit_per_m;
+  light.tau_near = s.tau_near / s.lit_per_m;
+  light.tau_cloud = light.tau_near + s.tau_rest / s.lit_per_m;
+  light.outward = s.outward / s.lit_per_m;
+  light.once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g) * exp(-light.tau_sun - light.tau_self);
+  light.again_per_sr = kAgainShare * s.multiple_per_sr / s.lit_per_m;
+  light.again_share = 1.0;
+  return source_radiance(light, mu, frame.phase_g);
 }
 
 // Interleaved gradient noise (Jimenez, Next Generation Post Processing in Call of Duty: Advanced Warfare, 2014): nine
@@ -259,7 +261,7 @@ void main() {
     }
     if (s.extinction_per_m > 0.0) {
       const float opacity = opacity_of(s.extinction_per_m * (end_m - t));
-      const vec3 source = source_radiance(s, mu);
+      const vec3 source = sample_radiance(s, mu);
       const float luminance = luminance_of(source);
       const float apart = (s.varying_per_m - before_per_m) * (end_m - t);
       const float changes = before_luminance >= 0.0 && max(s.varying_per_m, before_per_m) > 0.0 ? 1.0 : 0.0;

@@ -7,18 +7,20 @@
 #include "shared/blend.h"
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
+#include "shared/flat_base.h"
 #include "shared/light.h"
 #include "shared/scattering.h"
 #include "shared/screen_bounds.h"
 #include "shared/types.h"
 #include "shared/world.h"
 #include "kit/camera_rays.glsl"
+#include "layer/particle_light.glsl"
 #include "layer/table_fetch.glsl"
 
 // Fine structure at the first matter: tiling noise in the air's frame, two periods that never line up. It gives the
 // smooth particles of the optical depth table their ragged outlines.
-NEPHELE_CONST(float, kDetailMean, 0.5);  // of the noise
-NEPHELE_CONST(float, kErosion, 0.1);     // mean
+NEPHELE_CONST(float, kDetailMean, 0.5);  // mean of the noise
+NEPHELE_CONST(float, kErosion, 0.1);     // mean of Detail.erosion
 
 struct Detail {
   float erosion;  // chords of a lower mean density (over the peak) are empty
@@ -69,40 +71,32 @@ bool cut_at_base(float base_m, vec3 direction, inout float near_m, inout float f
     far_m = near_m - above_near / slope;
     above_far = 0.0;
   }
-  thinning = smoothstep(0.0, 50.0, 0.5 * (above_near + above_far));
+  thinning = base_fade(0.5 * (above_near + above_far));
   return far_m > near_m;
 }
 
-// Source radiance at `at` (metres from the camera) of the segment of optical depth tau along the chord of half length
-// h.
-vec3 source_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit, float tau_chord) {
-  vec3 place = direction * at_m;
-  float mu = dot(frame.sun_direction, direction);  // light travels along -sun, towards the eye along -direction
-  float c = dot(entry, p.light_direction);
+// Source radiance of the segment of optical depth tau_chord, lit as it is at_m metres from the camera, along the chord
+// of half length h in the unit sphere.
+vec3 segment_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit, float tau_chord) {
+  const vec3 from_center_m = direction * at_m - p.center_m;
+  const float mu = dot(frame.sun_direction, direction);
+  const float c = dot(entry, p.light_direction);
+  PlaceLight light;
+  light.sun_irradiance = p.sun_irradiance;
   // The depth through the others varies linearly; the cloud around has its share in it everywhere.
-  float tau_sun = linear_depth(p.tau_sun, dot(p.tau_gradient_per_m, place - p.center_m));
-  float tau_near = p.tau_near * (tau_sun / max(p.tau_sun, 1e-6));
-
-  // Once: a homogeneous sphere whose density gives this chord its depth.
-  float sigma_ray = tau_chord / max(2.0 * h, 1e-3);
-  float self = single_scattering(c, h, mu_unit, sigma_ray) / max(opacity_of(tau_chord), 1e-6);
-  float once = phase_per_sr(frame.phase_function, mu, frame.phase_g) * self * exp(-tau_sun);
-
-  // More often, inside this particle.
-  float sigma = p.optical_radius;
-  float again =
-      fetch_multiple(multiple_table, c, h, mu_unit, sigma, frame.phase_g) / max(opacity_of(2.0 * h * sigma), 1e-3);
-  again *= kAgainShare * exp(-(1.0 - frame.phase_g) * tau_sun);
-
-  // More often, in the cloud around.
-  float tau_self = -log(clamp(self, 1e-4, 1.0));
-  float around = light_from_around(mu, frame.phase_g, tau_sun + tau_self, tau_near + tau_self,
-                                   tau_near + p.tau_behind + kMeanChord * p.optical_radius, p.outward);
-
-  // Sky and ground.
-  float above = ambient_share_above(p.sky_share + p.sky_share_per_m * (place.z - p.center_m.z), direction.z);
-  vec3 ambient = mix(p.sky_down_radiance, p.sky_up_radiance, above);
-  return p.sun_irradiance * (once + again + around) + ambient;
+  light.tau_sun = linear_depth(p.tau_sun, dot(p.tau_gradient_per_m, from_center_m));
+  light.tau_near = p.tau_near * (light.tau_sun / max(p.tau_sun, 1e-6));
+  light.tau_cloud = light.tau_near + p.tau_behind + kMeanChord * p.optical_radius;
+  light.outward = p.outward;
+  // Scattered once: in a homogeneous sphere whose density gives this chord its depth.
+  const float sigma_ray = tau_chord / max(2.0 * h, 1e-3);
+  const float self = single_scattering(c, h, mu_unit, sigma_ray) / max(opacity_of(tau_chord), 1e-6);
+  light.tau_self = -log(clamp(self, 1e-4, 1.0));
+  light.once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g) * self * exp(-light.tau_sun);
+  light.again_share = kAgainShare;
+  light.again_per_sr = multiple_inside_per_sr(p, entry, h, mu_unit);
+  light.ambient_radiance = ambient_radiance(p, from_center_m.z, direction.z);
+  return source_radiance(light, mu, frame.phase_g);
 }
 
 // The particle's visible segment along the ray up to limit_m; false when there is none.
@@ -137,7 +131,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
     density = tau_chord * chord_share(at.x, at.y, at.z, h * h, p.flags) / (far_m - near_m);
     if (density <= 0.0) return false;
   }
-  if (p.base_m > -1e29 && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
+  if (has_base(p.base_m) && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
   density *= thinning;
 
   float relief = 1.0;
@@ -158,7 +152,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   if (density * (far_m - near_m) < 1e-4) return false;  // not worth its light
   float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
   float mu_unit = dot(p.light_direction, -normalize(step));
-  segment.radiance = relief * source_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord);
+  segment.radiance = relief * segment_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord);
   return true;
 }
 

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
+#include "shared/flat_base.h"
 #include "kit/texels.glsl"
 #include "shared/world.h"
 #include "sky/light_through_air.glsl"
@@ -55,7 +56,7 @@ void main() {
   mean_radiance_at(sky_irradiance, frame, altitude, sun_cos_zenith_at(p.center_m, frame), d.sky_up_radiance,
                    d.sky_down_radiance);
   d.sky_down_radiance *= 1.0 - (frame.clouds_enabled != 0u ? kGroundShadow * frame.coverage : 0.0);
-  if (p.base_m > -1e29) {
+  if (has_base(p.base_m)) {
     const float thickness_m = max(p.top_m - p.base_m, 0.0);
     d.sky_share = slab_share_above(frame.extinction_per_m * (p.top_m - altitude), frame.extinction_per_m * thickness_m,
                                    frame.phase_g);

@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// variants: - air=WITH_AIR
 #include "shared/light.h"
 
 // [Yusov14] 5.3 step 2: the sunlight that reaches each visible particle. The depth is sampled at a tetrahedron inside
@@ -9,6 +8,7 @@
 // Deviates from the paper: instead of low-passing the depth over neighbouring particles (its step 3), it measures how
 // much cloud there is around, which diffuse light depends on (shared/cloud_light.h). Nothing here depends on the view.
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const bool kAir = true;  // false: a dummy is bound as the transmittance table
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 1) uniform usamplerBuffer particles;
@@ -18,9 +18,7 @@ layout(set = 0, binding = 4) uniform usamplerBuffer occluders;  // PackedOcclude
 layout(set = 0, binding = 5) uniform usamplerBuffer ranges;     // two words a tile
 layout(set = 0, binding = 6) uniform usamplerBuffer list;
 layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
-#ifdef WITH_AIR
 layout(set = 0, binding = 8) uniform sampler2D transmittance;
-#endif
 
 #include "sky/light_through_air.glsl"
 #include "light/occlusion_walk.glsl"
@@ -28,11 +26,8 @@ layout(set = 0, binding = 8) uniform sampler2D transmittance;
 vec3 sun_irradiance(vec3 p_render_m) {
   const float altitude = altitude_m(p_render_m, frame.camera_grid_m.z);
   const float cos_zenith = sun_cos_zenith_at(p_render_m, frame);
-#ifdef WITH_AIR
-  return sun_irradiance_at(transmittance, frame, altitude, cos_zenith);
-#else
+  if (kAir) return sun_irradiance_at(transmittance, frame, altitude, cos_zenith);
   return frame.sun_irradiance * sun_visibility(max(0.0, altitude), cos_zenith);
-#endif
 }
 
 void main() {

@@ -1,17 +1,18 @@
-// The source radiance of one particle's segment ([Yusov14] 4.4, extended): what an infinitely thick piece of this
-// medium would show, to be multiplied by the segment's opacity.
+// The source radiance of cloud matter ([Yusov14] 4.4, extended): what an infinitely thick piece of this medium would
+// show, to be multiplied by a segment's opacity. source_radiance is the whole model; the shading of particles by whole
+// chords and the ray marcher, which asks at places, both call it.
 //
-//   sun, once scattered      phase * S / opacity * exp(-tau)     exact in the homogeneous sphere
+//   sun, scattered once      phase * S / opacity * exp(-tau)     exact in the homogeneous sphere
 //   sun, scattered again     M(table) / opacity * exp(-tau')     light exchanged inside the particle
 //   sun, scattered forward   a wider phase * (exp(-tau') - exp(-tau))  still in the beam's direction, more or less
-//   sun, diffuse             two-stream light of the cloud around, by its thickness and the place in it, flowing
-//   outwards sky and ground           mean radiance of the directions above and below, mixed by the place in the cloud
-//   and the view
+//   sun, diffuse             two-stream light of the cloud around, by its thickness and the place in it, flowing out
+//   sky and ground           mean radiance of the directions above and below, mixed by the place in the cloud and the
+//                            view
 //
-// tau is the optical depth towards the sun, tau' = (1 - g) tau what it counts by similarity once forward scattering is
-// taken for none. Deviates from the paper: it scales tau by xi = 0.05 for everything and has the first two terms; here
-// single scattering keeps the true depth, and what the rest of the cloud contributes depends on how much of it there
-// is, so that thin turrets and edges stay dark seen from the sun's side.
+// tau is the optical depth towards the sun; tau' = (1 - g) tau is the depth that similarity leaves of it when light
+// scattered forward counts as not scattered. Deviates from the paper: it scales tau by xi = 0.05 for everything and has
+// the first two terms; here single scattering keeps the true depth, and what the rest of the cloud contributes depends
+// on how much of it there is, so that thin turrets and edges stay dark seen from the sun's side.
 #ifndef NEPHELE_SHARED_CLOUD_LIGHT_H
 #define NEPHELE_SHARED_CLOUD_LIGHT_H
 
@@ -20,7 +21,7 @@
 
 NEPHELE_SHARED_BEGIN
 
-// What the terms weigh: fitted to the sunlight of the path-traced images of one cloud from three sides and of two
+// The weights of the terms: fitted to the sunlight of the path-traced images of one cloud from three sides and of two
 // fields (docs/accuracy.md), for their relative squared error and their bias alike. An earlier fit left single
 // scattering free, which came out as 1. The terms overlap: orders two and three are in each.
 NEPHELE_CONST(float, kAgainShare, 0.75f);
@@ -97,6 +98,33 @@ NEPHELE_CONST(float, kShareAlongView, 0.55f);
 // `share` where the place alone is known; view_z: vertical component of the unit direction from the eye.
 NEPHELE_FN float ambient_share_above(float share, float view_z) {
   return clamp(share + kShareAlongView * view_z, 0.0f, 1.0f);
+}
+
+// ---- All of it ----
+
+// The light at a place of a cloud as one ray sees it. A particle shaded by a whole chord has one place for the chord.
+struct PlaceLight {
+  vec3 sun_irradiance;  // after the air, before any cloud
+  // Source radiance of sunlight scattered once, per unit sun_irradiance, weakened by tau_sun and tau_self. The caller
+  // knows how: a chord integrates over its points in closed form (scattering.h), a place of its own has one depth.
+  float once_per_sr;
+  // Source radiance of sunlight scattered again inside the particle, per unit irradiance on the particle, and its
+  // weight: kAgainShare, or 1 where again_per_sr has that in it.
+  float again_per_sr, again_share;
+  float tau_sun;          // optical depth towards the sun through the other particles
+  float tau_self;         // optical depth towards the sun inside the particle itself
+  float tau_near;         // of tau_sun, what belongs to the cloud around
+  float tau_cloud;        // optical depth of the cloud around, from its sunlit side to its far side
+  float outward;          // outward_factor
+  vec3 ambient_radiance;  // of sky and ground
+};
+
+// mu: cosine between the way to the sun and the ray from the eye. phase_g: asymmetry of the phase function.
+NEPHELE_FN vec3 source_radiance(PlaceLight light, float mu, float phase_g) {
+  float again = light.again_per_sr * (light.again_share * exp(-(1.0f - phase_g) * light.tau_sun));
+  float around = light_from_around(mu, phase_g, light.tau_sun + light.tau_self, light.tau_near + light.tau_self,
+                                   light.tau_cloud, light.outward);
+  return light.sun_irradiance * (light.once_per_sr + again + around) + light.ambient_radiance;
 }
 
 NEPHELE_SHARED_END

@@ -95,7 +95,7 @@ struct Occluder {
   vec3 shape_per_m2;  // uu, uv, vv of that symmetric form
   float half_m;
   vec2 slope;
-  float base_m;            // height of the flat base over the centre, along render z; hugely negative: none
+  float base_m;            // height of the flat base over the centre, along render z; kNoBaseM: none
   float extinction_per_m;  // peak
   uint flags;              // of Particle.flags kParticleHomogeneous
 };

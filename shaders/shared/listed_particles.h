@@ -3,13 +3,13 @@
 #ifndef NEPHELE_SHARED_LISTED_PARTICLES_H
 #define NEPHELE_SHARED_LISTED_PARTICLES_H
 
+#include "flat_base.h"
 #include "hash.h"
 #include "types.h"
 #include "world.h"
 
 NEPHELE_SHARED_BEGIN
 
-NEPHELE_CONST(float, kNoBaseM, -1e30f);
 NEPHELE_CONST(uint, kIdentityOrientation, 0x7f000000u);  // pack_orientation((0, 0, 0, 1))
 
 // A world position: units of kOriginUnitM in x and y, and the rest as the sum of two floats.

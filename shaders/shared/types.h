@@ -64,7 +64,7 @@ struct Particle {
   float yaw_rad;           // clockwise from north, seen from above
   uint orientation;        // of the reference particle inside: quaternion as snorm8x4 (packSnorm4x8, xyzw)
   uint flags;
-  float base_m;          // altitude below which the particle is cut off (flat base); -1e30 = no cut
+  float base_m;          // altitude of the flat base that cuts the particle off; kNoBaseM: none (flat_base.h)
   float top_m;           // altitude of the cloud's top above this particle, for sky light; own top if listed
   vec3 radiance_per_sr;  // source colour when kParticleEmissive
   uint id;               // hash of its cell and slot: breaks ties, seeds noise

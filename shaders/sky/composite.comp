@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// variants: sky sky_clouds=CLOUDS sky_clouds_shadow=CLOUDS,SHADOW sky_upscale=CLOUDS,UPSCALE sky_upscale_shadow=CLOUDS,UPSCALE,SHADOW vacuum=VACUUM vacuum_clouds=VACUUM,CLOUDS vacuum_clouds_shadow=VACUUM,CLOUDS,SHADOW vacuum_upscale=VACUUM,CLOUDS,UPSCALE vacuum_upscale_shadow=VACUUM,CLOUDS,UPSCALE,SHADOW sky_keep=CLOUDS,UPSCALE,KEEP sky_keep_shadow=CLOUDS,UPSCALE,KEEP,SHADOW vacuum_keep=VACUUM,CLOUDS,UPSCALE,KEEP vacuum_keep_shadow=VACUUM,CLOUDS,UPSCALE,KEEP,SHADOW
 // The final image: sky, sun and ground; the cloud layer, brought to the image's resolution, over them through the air
 // between; exposure and tone map. A workgroup has a tile of one kind (composite_tiles.glsl), and the kernel of a kind
-// holds what such tiles need and nothing else: on a CPU every pixel pays for all code of its kernel, needed or not.
+// holds what such tiles need and nothing else: a CPU driver executes every branch, so every pixel pays for all code of
+// its kernel.
 #include "shared/atmosphere_tables.h"
 #include "shared/blend.h"
 #include "shared/ground.h"
@@ -15,6 +15,13 @@
 #include "light/cloud_shadow_lookup.glsl"
 
 layout(constant_id = 0) const uint kKind = kMixedKind;  // of tiles that this kernel is for
+// What the frame has. The code for what it lacks is gone once the constants are known, and a dummy image of one texel,
+// which nothing reads or writes, is bound in its place.
+layout(constant_id = 1) const bool kAir = true;
+layout(constant_id = 2) const bool kClouds = true;     // a cloud layer
+layout(constant_id = 3) const bool kUpscale = true;    // the layer has a lower resolution than the image
+layout(constant_id = 4) const bool kKeepLayer = true;  // the layer is stored once it has the image's resolution
+layout(constant_id = 5) const bool kShadow = true;     // of the clouds on ground and haze
 const bool kMixed = kKind == kMixedKind;
 const bool kSky = kKind < 2u;
 const bool kCloudy = ((0x1Au >> kKind) & 1u) != 0u;  // the odd kinds and the mixed one
@@ -23,36 +30,22 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 1, rgba32f) uniform writeonly image2D hdr;
 layout(set = 0, binding = 2, rgba8) uniform writeonly image2D display;
-#ifndef VACUUM
-layout(set = 0, binding = 3) uniform sampler2D transmittance;
+layout(set = 0, binding = 3) uniform sampler2D transmittance;  // of the air, as are those up to 7: kAir
 layout(set = 0, binding = 4) uniform sampler2D sky_irradiance;
 layout(set = 0, binding = 5) uniform sampler2D sky_smooth;
 layout(set = 0, binding = 6) uniform sampler2D sky_aerosol;
 layout(set = 0, binding = 7) uniform sampler2D view_transmittance;
-#endif
-#ifdef CLOUDS
-layout(set = 0, binding = 8) uniform sampler2D layer_color;  // premultiplied radiance, transmittance
-layout(set = 0, binding = 9) uniform sampler2D layer_depth;  // metres to the first matter, +inf without
-#endif
-#ifdef KEEP
-layout(set = 0, binding = 16, rgba32f) uniform writeonly image2D full_color;  // the layer at the image's resolution
-layout(set = 0, binding = 17, r32f) uniform writeonly image2D full_depth;
-#endif
-#ifdef UPSCALE
-layout(set = 0, binding = 18) uniform sampler2D layer_scene;
-#endif
-#ifndef VACUUM
-layout(set = 0, binding = 10) uniform sampler3D aerial_light;
-layout(set = 0, binding = 11) uniform sampler3D aerial_transmittance;
-#endif
-#ifdef SHADOW
-layout(set = 0, binding = 12) uniform sampler2D cloud_shadow_map;  // see light.glsl
-#ifndef VACUUM
-layout(set = 0, binding = 13) uniform sampler3D haze_shadow;
-#endif
-#endif
+layout(set = 0, binding = 8) uniform sampler2D layer_color;    // kClouds: premultiplied radiance, transmittance
+layout(set = 0, binding = 9) uniform sampler2D layer_depth;    // kClouds: metres to the first matter, +inf without
+layout(set = 0, binding = 10) uniform sampler3D aerial_light;  // kAir
+layout(set = 0, binding = 11) uniform sampler3D aerial_transmittance;  // kAir
+layout(set = 0, binding = 12) uniform sampler2D cloud_shadow_map;      // kShadow: see cloud_shadow_lookup.glsl
+layout(set = 0, binding = 13) uniform sampler3D haze_shadow;           // kShadow and kAir
 layout(set = 0, binding = 14) uniform sampler2D host_distance;
 layout(set = 0, binding = 15) uniform sampler2D host_radiance;
+layout(set = 0, binding = 16, rgba32f) uniform writeonly image2D full_color;  // kKeepLayer: layer_color upscaled
+layout(set = 0, binding = 17, r32f) uniform writeonly image2D full_depth;     // kKeepLayer
+layout(set = 0, binding = 18) uniform sampler2D layer_scene;                  // kUpscale: metres to what stands behind
 // The camera's place in the world's grid (FrameConstants has it in the clouds', which drift).
 layout(push_constant, scalar) uniform Push {
   ivec2 ground_origin_index;
@@ -61,9 +54,7 @@ layout(push_constant, scalar) uniform Push {
 };
 
 #include "layer/scene_distance.glsl"
-#ifdef UPSCALE
 #include "sky/cloud_upscale.glsl"
-#endif
 
 // The sun's disc, per unit of its irradiance, before the air. Its edge is as soft as a pixel is wide, and a disc
 // smaller than a pixel is drawn as large as one: both keep its power.
@@ -78,11 +69,9 @@ vec3 sun_disc(vec3 direction, float pixel_rad) {
 
 // Light that clouds keep from the air on the way to a distance.
 vec3 haze_shadow_at(vec2 image_unit, float distance_m) {
-#if defined(SHADOW) && !defined(VACUUM)
+  if (!kShadow) return vec3(0.0);
+  if (!kAir) return vec3(0.0);
   return haze_shadow_lookup(haze_shadow, image_unit, distance_m, frame.view_distance_m);
-#else
-  return vec3(0.0);
-#endif
 }
 
 // Diffuse irradiance under a cloud per unit of what it keeps from the ground: its transmittance in the two-stream
@@ -93,16 +82,13 @@ const float kCloudDiffuseTransmittance = 0.18;
 // disc.
 vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad, vec2 image_unit,
                   float disc_share) {
-#ifdef VACUUM
-  return vec3(0.0);
-#else
+  if (!kAir) return vec3(0.0);
   vec3 radiance =
       max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, false) -
                          haze_shadow_at(image_unit, 1.0e30));
   vec3 disc = kMixed ? sun_disc(direction, pixel_rad) : vec3(0.0);
   if (kMixed && disc.g > 0.0) radiance += disc_share * disc * sun_transmittance(transmittance, altitude_m, direction.z);
   return radiance;
-#endif
 }
 
 // What a ray at or below the horizon brings, per unit of the sun's irradiance.
@@ -110,11 +96,9 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
   float mu = min(direction.z, horizon_mu);
   float distance_m = ground_distance(altitude_m, mu);
   vec3 p_m = direction * distance_m;
-#ifdef SHADOW
-  float sunlit = cloud_shadow(cloud_shadow_map, frame.light_from_render, light_uv_scale(frame.view_distance_m), p_m);
-#else
   float sunlit = 1.0;
-#endif
+  if (kShadow)
+    sunlit = cloud_shadow(cloud_shadow_map, frame.light_from_render, light_uv_scale(frame.view_distance_m), p_m);
   float sun_mu =
       cosine_along_ray(altitude_m, mu, distance_m, frame.sun_direction.z, dot(direction, frame.sun_direction));
   // The pixel's longer side on the ground; finite at the horizon, where it ends.
@@ -122,19 +106,15 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
       max(distance_m * pixel_rad, 2.0 * (distance_m - ground_distance(altitude_m, mu - 0.5 * pixel_rad)));
   vec2 ground_m = grid_from_render(p_m, vec3(camera_ground_m, altitude_m)).xy;
   vec3 albedo = clamp(frame.ground_albedo * ground_variation(ground_m, ground_origin_index, footprint_m), 0.0, 1.0);
-#ifdef VACUUM
-  return albedo / kPi * max(0.0, sun_mu) * sun_visibility(0.0, sun_mu) * sunlit;
-#else
+  if (!kAir) return albedo / kPi * max(0.0, sun_mu) * sun_visibility(0.0, sun_mu) * sunlit;
   float direct = max(0.0, sun_mu) * mix(kCloudDiffuseTransmittance, 1.0, sunlit);
   vec3 irradiance =
       sun_transmittance(transmittance, 0.0, sun_mu) * direct + sky_irradiance_from_above(sky_irradiance, 0.0, sun_mu);
   return albedo / kPi * irradiance * view_transmittance_lookup(view_transmittance, mu, horizon_mu, true) +
          max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, true) -
                             haze_shadow_at(image_unit, distance_m));
-#endif
 }
 
-#ifndef VACUUM
 // Light of the sun scattered in the lens, in the display image alone: 0.4 % of it in a halo of half a degree or so.
 vec3 sun_glare(vec3 direction) {
   const float kShare = 0.004;
@@ -145,18 +125,14 @@ vec3 sun_glare(vec3 direction) {
   float fall = inversesqrt(1.0 + angle2 / (kWidthRad * kWidthRad));
   return sun_at_lens * (kShare / (2.0 * kPi * kWidthRad * kWidthRad) * fall * fall * fall * edge * edge);
 }
-#endif
 
 // Radiance through the air in front of it.
 vec3 through_air(vec3 radiance, float opacity, vec3 direction, float altitude_m, vec2 image_unit, float distance_m) {
-#ifdef VACUUM
-  return radiance;
-#else
+  if (!kAir) return radiance;
   AerialSample air =
       aerial_lookup(aerial_light, aerial_transmittance, direction, frame.sun_direction, altitude_m, distance_m);
   vec3 haze = max(vec3(0.0), air.light - haze_shadow_at(image_unit, distance_m)) * frame.sun_irradiance;
   return radiance * air.transmittance + haze * opacity;
-#endif
 }
 
 // Sky, sun and ground where the host has drawn nothing.
@@ -184,24 +160,21 @@ vec3 background_radiance(vec3 direction, float altitude_m, float pixel_rad, vec2
   return background * frame.sun_irradiance;
 }
 
-#ifdef CLOUDS
 // The cloud layer at a pixel of the image, with the metres to its first matter, +inf without.
 vec4 cloud_at(ivec2 pixel, out float cloud_m) {
-#ifdef UPSCALE
+  if (!kUpscale) {
+    cloud_m = texelFetch(layer_depth, pixel, 0).r;
+    return texelFetch(layer_color, pixel, 0);
+  }
   vec4 cloud = vec4(0.0, 0.0, 0.0, 1.0);
   cloud_m = uintBitsToFloat(0x7f800000u);
   if (kCloudy) cloud = upscaled(vec2(pixel) + 0.5, kMixed, cloud_m);
-#ifdef KEEP
-  imageStore(full_color, pixel, cloud);
-  imageStore(full_depth, pixel, vec4(cloud_m));
-#endif
+  if (kKeepLayer) {
+    imageStore(full_color, pixel, cloud);
+    imageStore(full_depth, pixel, vec4(cloud_m));
+  }
   return cloud;
-#else
-  cloud_m = texelFetch(layer_depth, pixel, 0).r;
-  return texelFetch(layer_color, pixel, 0);
-#endif
 }
-#endif
 
 void main() {
   uvec2 tile;
@@ -213,25 +186,21 @@ void main() {
   float altitude_m = max(0.0, frame.camera_grid_m.z);
   vec2 image_unit = (vec2(pixel) + 0.5) / vec2(frame.image_size_px);
 
-  float disc_share = 1.0;
-#ifdef CLOUDS
-  float cloud_m;
-  const vec4 cloud = cloud_at(ivec2(pixel), cloud_m);
-  // Where blending ended at opaque matter, what transmittance is left is arbitrary, and the disc, 1e5 times as bright
-  // as the sky, would show it.
-  disc_share = smoothstep(kOpaqueTransmittance, 10.0 * kOpaqueTransmittance, cloud.a);
-#endif
+  vec4 cloud = vec4(0.0, 0.0, 0.0, 1.0);
+  float cloud_m = uintBitsToFloat(0x7f800000u), disc_share = 1.0;
+  if (kClouds) {
+    cloud = cloud_at(ivec2(pixel), cloud_m);
+    // Where blending ended at opaque matter, what transmittance is left is arbitrary, and the disc, 1e5 times as bright
+    // as the sky, would show it.
+    disc_share = smoothstep(kOpaqueTransmittance, 10.0 * kOpaqueTransmittance, cloud.a);
+  }
   const float host_m = kMixed ? host_distance_m(ivec2(pixel)) : kNoSceneM;
   vec3 radiance = host_m < kNoSceneM ? through_air(texelFetch(host_radiance, ivec2(pixel), 0).rgb, 1.0, direction,
                                                    altitude_m, image_unit, host_m)
                                      : background_radiance(direction, altitude_m, pixel_rad, image_unit, disc_share);
-#ifdef CLOUDS
-  if (kCloudy && !isinf(cloud_m))
+  if (kCloudy && !isinf(cloud_m))  // without clouds cloud_m is +inf
     radiance = radiance * cloud.a + through_air(cloud.rgb, 1.0 - cloud.a, direction, altitude_m, image_unit, cloud_m);
-#endif
   imageStore(hdr, ivec2(pixel), vec4(radiance, 1.0));
-#ifndef VACUUM
-  radiance += sun_glare(direction);
-#endif
+  if (kAir) radiance += sun_glare(direction);
   imageStore(display, ivec2(pixel), vec4(display_color(radiance, frame.exposure, pixel), 1.0));
 }

@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// variants: clear clouds=CLOUDS
 // Sorts the image's tiles by what they may show: sky or ground alone or anything, clouds or none. One thread a tile.
 // The order within a list is free; no pixel depends on it.
 #include "shared/atmosphere_tables.h"
@@ -11,17 +10,16 @@
 #include "sky/composite_tiles.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 2) const bool kClouds = true;  // as in composite.comp
 layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };
-#ifdef CLOUDS
-layout(set = 0, binding = 9) uniform sampler2D layer_depth;
-#endif
+layout(set = 0, binding = 9) uniform sampler2D layer_depth;  // a dummy without clouds
 layout(push_constant, scalar) uniform Push { CompositeGrid grid; };
 
 #include "kit/camera_rays.glsl"
 
 // Whether clouds may show in the tile: in any pixel of the layer that one of the image's draws upon.
 bool has_clouds(uvec2 tile) {
-#ifdef CLOUDS
+  if (!kClouds) return false;
   const int scale = int(frame.scale);
   const int from_neighbour = scale > 1 ? 1 : 0;
   const ivec2 first = ivec2(tile * kCompositeTilePx) / scale - from_neighbour;
@@ -33,9 +31,6 @@ bool has_clouds(uvec2 tile) {
       nearest_m = min(nearest_m, min(min(four_m.x, four_m.y), min(four_m.z, four_m.w)));
     }
   return !isinf(nearest_m);
-#else
-  return false;
-#endif
 }
 
 // Sky or ground alone, with what a pixel blurs and what the upscaling takes for an edge kept off the horizon; where the

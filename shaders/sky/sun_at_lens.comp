@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// variants: clear clouds=CLOUDS
 // The sunlight at the camera, for its glare: the same for all pixels, so one thread finds it.
 #include "shared/atmosphere_tables.h"
 #include "shared/types.h"
@@ -9,19 +8,18 @@
 #include "sky/composite_tiles.glsl"
 
 layout(local_size_x = 1) in;
-// Not a uniform buffer: lavapipe puts uniform data into the code, where much of that hangs on it, and would compile
-// this shader anew every frame.
+layout(constant_id = 2) const bool kClouds = true;  // as in composite.comp
+// Not a uniform buffer: lavapipe compiles the values of a uniform buffer into the code where much of it depends on
+// them, and would compile this shader anew every frame.
 layout(set = 0, binding = 0, scalar) readonly buffer Frame { FrameConstants frame; };
 layout(set = 0, binding = 3) uniform sampler2D transmittance;
-#ifdef CLOUDS
-layout(set = 0, binding = 8) uniform sampler2D layer_color;
-#endif
+layout(set = 0, binding = 8) uniform sampler2D layer_color;  // a dummy without clouds
 
 #include "kit/camera_rays.glsl"
 
 // Share of the sun's disc that the clouds let through, where the disc is in the image; off it, at the nearest border.
 float sun_through_clouds() {
-#ifdef CLOUDS
+  if (!kClouds) return 1.0;
   const vec4 clip = frame.clip_from_render * vec4(frame.sun_direction, 0.0);
   const vec2 center_px = (clip.xy / max(clip.w, 1e-4) * 0.5 + 0.5) * vec2(frame.image_size_px);
   const vec2 nearest_px = clamp(center_px, vec2(0.0), vec2(frame.image_size_px));
@@ -36,9 +34,6 @@ float sun_through_clouds() {
     sum += texelFetch(layer_color, ivec2(at), 0).a;
   }
   return 0.2 * sum;
-#else
-  return 1.0;
-#endif
 }
 
 void main() {

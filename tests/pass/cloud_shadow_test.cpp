@@ -101,7 +101,7 @@ TEST_CASE("shadow look-up: all of it below the clouds, none above, none outside 
   cloud.center_m = glm::vec3(0.0f, 0.0f, 500.0f);
   cloud.radius_m = glm::vec3(3000.0f, 3000.0f, 100.0f);
   cloud.extinction_per_m = 0.01f;
-  cloud.base_m = -1e30f;
+  cloud.base_m = shared::kNoBaseM;
   cloud.flags = shared::kParticleHomogeneous;
   const LightScene scene(light_constants(220, 50), {cloud}, {});
   const dvec3 sun = scene.sun();
@@ -160,7 +160,7 @@ TEST_CASE("a step of a millimetre changes no shadow") {
     particle = random_particle(random, 3000.0f);
     particle.radius_m *= glm::vec3(4.0f, 4.0f, 2.0f);
     particle.extinction_per_m *= 0.5f;
-    particle.base_m = -1e30f;
+    particle.base_m = shared::kNoBaseM;
     centers_m.push_back(anywhere(1500.0, 2400.0));
   }
   for (int i = 0; i < 4000; ++i) points_m.push_back(anywhere(0.0, i % 2 ? 0.0 : 4000.0));

@@ -136,7 +136,7 @@ TEST_CASE("a particle alone is not shaded, not even by itself") {
 TEST_CASE("coincident particles shade each other alike") {
   std::mt19937 random(2);
   Particle particle = random_particle(random, 400.0f);
-  particle.base_m = -1e30f;
+  particle.base_m = shared::kNoBaseM;
   const LightScene scene(light_constants(220, 35), {particle, particle, particle}, every(3));
   const std::vector<ParticleLight> lights = light(scene);
   const TrueLight truth = true_light(scene, 0);
@@ -152,7 +152,7 @@ TEST_CASE("a stack of slabs: the depth grows with what is above, and the gradien
     stack[i].center_m = glm::vec3(0.0f, 0.0f, 300.0f * i);
     stack[i].radius_m = glm::vec3(5000.0f, 5000.0f, 100.0f);
     stack[i].extinction_per_m = 0.01f;
-    stack[i].base_m = -1e30f;
+    stack[i].base_m = shared::kNoBaseM;
     stack[i].flags = shared::kParticleHomogeneous;
   }
   // Only sample points within 0.35 of the radius: each higher slab adds 0.01/m * 200 m * sqrt(1 - 0.24).
@@ -175,7 +175,7 @@ TEST_CASE("depth stops at its maximum in a crowd far too thick") {
   for (Particle& particle : crowd_of_same) {
     particle = random_particle(random, 300.0f);
     particle.extinction_per_m = 1.0f;
-    particle.base_m = -1e30f;
+    particle.base_m = shared::kNoBaseM;
   }
   const LightScene scene(light_constants(220, 35), crowd_of_same, every(500));
   const std::vector<ParticleLight> lights = light(scene);
@@ -194,7 +194,7 @@ TEST_CASE("emissive particles cast shadows and need no light; a set sun lights n
   std::mt19937 random(31);
   std::vector<Particle> two = {random_particle(random, 10.0f), random_particle(random, 10.0f)};
   two[0].flags |= shared::kParticleEmissive;
-  two[0].base_m = two[1].base_m = -1e30f;
+  two[0].base_m = two[1].base_m = shared::kNoBaseM;
   const std::vector<ParticleLight> lights = light(LightScene(light_constants(220, 35), two, every(2)));
   CHECK(lights[0].sun_irradiance == glm::vec3(0.0f));
   CHECK(lights[0].tau_sun == 0.0f);

@@ -9,6 +9,7 @@
 #include "passes/layer/cloud_layer.h"
 #include "passes/layer/detail_noise.h"
 #include "shared/ellipsoid.h"
+#include "shared/flat_base.h"
 #include "shared/screen_bounds.h"
 #include "tests/support/blend_oracle.h"
 #include "tests/support/test_device.h"
@@ -35,7 +36,7 @@ inline shared::Particle emissive(glm::vec3 center_m, glm::vec3 radius_m, float e
   p.yaw_rad = 0.3f;
   p.orientation = shared::pack_orientation({0, 0, 0, 1});
   p.flags = shared::kParticleHomogeneous | shared::kParticleEmissive;
-  p.base_m = -1e30f;
+  p.base_m = shared::kNoBaseM;
   return p;
 }
 

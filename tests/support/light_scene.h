@@ -11,6 +11,7 @@
 #include "passes/light/light_tiles.h"
 #include "passes/light/occlusion.h"
 #include "shared/atmosphere_tables.h"
+#include "shared/flat_base.h"
 #include "shared/light.h"
 #include "tests/support/test_device.h"
 
@@ -45,7 +46,7 @@ inline Particle random_particle(std::mt19937& random, float range_m) {
   particle.extinction_per_m = 0.002f + 0.04f * unit(random);
   particle.flags = random() % 2 ? shared::kParticleHomogeneous : 0u;
   const float altitude = shared::altitude_m(particle.center_m, 1500.0f);
-  particle.base_m = random() % 3 ? -1e30f : altitude + particle.radius_m.z * (1.6f * unit(random) - 0.8f);
+  particle.base_m = random() % 3 ? shared::kNoBaseM : altitude + particle.radius_m.z * (1.6f * unit(random) - 0.8f);
   return particle;
 }
 

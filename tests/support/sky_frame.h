@@ -72,7 +72,7 @@ struct SkyPicture {
 class SkyFrame {
  public:
   explicit SkyFrame(Device& device)
-      : device_(device), make_(test_kernels()), atmosphere_(make_), composite_(make_), executor_(device) {}
+      : device_(device), make_(test_kernels()), atmosphere_(make_), composite_(make_, 1024, 1024), executor_(device) {}
 
   SkyPicture render(const shared::FrameConstants& constants, const glm::dvec3& camera_m,
                     const CloudLayerPixels* clouds = nullptr, const Image* shadow = nullptr) {

@@ -6,6 +6,7 @@
 
 #include "engine/parallel.h"
 #include "shared/ellipsoid.h"
+#include "shared/flat_base.h"
 #include "shared/reference_particle.h"
 #include "shared/world.h"
 
@@ -18,19 +19,13 @@ namespace {
 
 constexpr int kBlockCells = 8;
 constexpr double kMaxCells = 4e6;
-constexpr float kCellsPerRadius = 4.0f;   // of the middle particle; finer cells bound no better than they cost
-constexpr float kThinAboveBaseM = 50.0f;  // as cloud_shade.glsl thins it
-constexpr float kSliver = 1e-4f;          // of a cell: how far past its border the next one is looked up
-constexpr float kResolution = 0x1p-21f;   // a few units in a float's last place
-constexpr float kRouletteBelow = 0.05f;   // transmittances below are kept at it, or dropped
-constexpr float kMatterSteps = 16.0f;     // a cell, in search of the first matter
-constexpr float kFarAboveM = 1e30f;       // an altitude above every base
-constexpr float kGuessShare = 0.8f;       // of the mean depth: some rays find gaps
-
-float base_cut(float above_base_m) {
-  const float x = std::clamp(above_base_m / kThinAboveBaseM, 0.0f, 1.0f);
-  return x * x * (3 - 2 * x);
-}
+constexpr float kCellsPerRadius = 4.0f;  // of the middle particle; finer cells bound no better than they cost
+constexpr float kSliver = 1e-4f;         // of a cell: how far past its border the next one is looked up
+constexpr float kResolution = 0x1p-21f;  // a few units in a float's last place
+constexpr float kRouletteBelow = 0.05f;  // transmittances below are kept at it, or dropped
+constexpr float kMatterSteps = 16.0f;    // a cell, in search of the first matter
+constexpr float kFarAboveM = 1e30f;      // an altitude above every base
+constexpr float kGuessShare = 0.8f;      // of the mean depth: some rays find gaps
 
 // The distances at which a ray enters and leaves a box.
 struct Span {
@@ -136,13 +131,13 @@ void ExtinctionField::fill_cells() {
             bound = lattice_.bound(center, half_extent);
           }
           const vec3 farthest = glm::abs(center_m) + half_m;  // where the planet has curved away most
-          bound *= base_cut(shared::altitude_m({farthest.x, farthest.y, center_m.z + half_m}, camera_altitude_m_) -
-                            p.base_m);
+          bound *= shared::base_fade(
+              shared::altitude_m({farthest.x, farthest.y, center_m.z + half_m}, camera_altitude_m_) - p.base_m);
           if (!(bound > 0.0f)) continue;
           const std::size_t cell = index({x, y, z});
           const vec3 nearest = glm::max(glm::abs(center_m) - half_m, 0.0f);
           if (shared::altitude_m({nearest.x, nearest.y, center_m.z - half_m}, camera_altitude_m_) <
-              p.base_m + kThinAboveBaseM)
+              p.base_m + shared::kBaseFadeM)
             cut_[cell] = 1;
           bounds_per_m_[cell] += bound * p.extinction_per_m * (1 + 1e-5f);  // rounding
           block_filled_[block_index({x, y, z})] = 1;
@@ -170,7 +165,7 @@ float ExtinctionField::particle_extinction(const Packed& particle, const vec3& p
   const vec3 p = particle.unit_from_render * (p_m - particle.center_m);
   if (glm::dot(p, p) >= 1.0f) return 0.0f;
   const float density = (particle.flags & shared::kParticleHomogeneous) != 0u ? 1.0f : lattice_(p);
-  return particle.extinction_per_m * density * base_cut(altitude_m - particle.base_m);
+  return particle.extinction_per_m * density * shared::base_fade(altitude_m - particle.base_m);
 }
 
 // Up to where the sum passes `enough`.
