@@ -22,7 +22,7 @@ layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lig
 layout(set = 0, binding = 8) uniform sampler2D transmittance;
 #endif
 
-#include "sky/light_through_air.glsl"
+#include "kit/light_through_air.glsl"
 #include "light/occlusion_walk.glsl"
 
 vec3 sun_irradiance(vec3 p_render_m) {

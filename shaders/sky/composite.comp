@@ -12,7 +12,7 @@
 #include "shared/tonemap.h"
 #include "shared/types.h"
 #include "sky/composite_tiles.glsl"
-#include "light/cloud_shadow_lookup.glsl"
+#include "kit/cloud_shadow_lookup.glsl"
 
 layout(constant_id = 0) const uint kKind = kMixedKind;  // of tiles that this kernel is for
 const bool kMixed = kKind == kMixedKind;
@@ -60,7 +60,7 @@ layout(push_constant, scalar) uniform Push {
   CompositeGrid grid;
 };
 
-#include "layer/scene_distance.glsl"
+#include "kit/scene_distance.glsl"
 #ifdef UPSCALE
 #include "sky/cloud_upscale.glsl"
 #endif
