@@ -72,8 +72,8 @@ class RepeatedKeyFinder {
 
 // Input keys and library messages may hold anything; an error stays one printable line.
 std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
+  const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  std::replace_if(text.begin(), text.end(), control, '?');
   return text;
 }
 

@@ -14,8 +14,10 @@ struct LineAllocator {
   LineAllocator() = default;
   template <class U>
   LineAllocator(const LineAllocator<U>&) {}
+  // clang-format off: its versions put a space before these parentheses or do not
   T* allocate(std::size_t n) { return static_cast<T*>(::operator new (n * sizeof(T), std::align_val_t{64})); }
   void deallocate(T* p, std::size_t) { ::operator delete (p, std::align_val_t{64}); }
+  // clang-format on
   bool operator==(const LineAllocator&) const { return true; }
 };
 using AlignedFloats = std::vector<float, LineAllocator<float>>;

@@ -14,11 +14,8 @@
 #include "lut/oracles.h"
 #include "lut/table_errors.h"
 #include "lut/table_metadata.h"
+#include "lut_hash.h"
 #include "shared/table_axes.h"
-
-#ifndef NEPHELE_LUT_HASH
-#error "NEPHELE_LUT_HASH must name the state of the generating source (tools/cmake/NepheleLutHash.cmake)"
-#endif
 
 namespace nephele {
 
@@ -46,8 +43,7 @@ json multiple_scattering_parameters(const TableParameters& p) {
 }
 
 std::string cache_stem(const char* name, const json& parameters) {
-  const std::string key =
-      json{{"version", kFormatVersion}, {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters}}.dump();
+  const std::string key = json{{"version", kFormatVersion}, {"generator", kLutHash}, {"parameters", parameters}}.dump();
   return std::string(name) + "-" + hex64(fnv1a(std::as_bytes(std::span(key))));
 }
 
@@ -119,9 +115,9 @@ Table load_or_bake_one(const std::filesystem::path& dir, const char* name, const
 }  // namespace
 
 json table_metadata(const char* name, const json& parameters, const NpyArray& array) {
-  return {{"format", "nephele table"},     {"version", kFormatVersion},  {"table", name},
-          {"generator", NEPHELE_LUT_HASH}, {"parameters", parameters},   {"dtype", npy_descriptor(array.type)},
-          {"shape", array.shape},          {"bytes", array.data.size()}, {"data_fnv1a", hex64(fnv1a(array.data))}};
+  return {{"format", "nephele table"}, {"version", kFormatVersion},  {"table", name},
+          {"generator", kLutHash},     {"parameters", parameters},   {"dtype", npy_descriptor(array.type)},
+          {"shape", array.shape},      {"bytes", array.data.size()}, {"data_fnv1a", hex64(fnv1a(array.data))}};
 }
 
 Result<void> check_table(const Table& table, const char* name, const json& parameters, ElementType type,
@@ -129,7 +125,7 @@ Result<void> check_table(const Table& table, const char* name, const json& param
   const json metadata = json::parse(table.metadata);
   const auto bad = [&](const std::string& what) { return Error{table.json_path.string() + ": " + what}; };
   if (metadata["table"] != name) return bad("table: " + metadata["table"].dump() + ", expected " + name);
-  if (metadata["generator"] != NEPHELE_LUT_HASH) return bad("generator: made by another version");
+  if (metadata["generator"] != kLutHash) return bad("generator: made by another version");
   if (metadata["parameters"] != parameters) return bad("parameters: not those asked for");
   if (table.array.type != type || table.array.shape != shape) return bad("shape: not what the parameters ask for");
   if (std::string_view(name) == kOpticalDepth && !mean_fill_of(table)) return bad("mean_fill: a number is expected");

@@ -1,7 +1,7 @@
 // The clouds' shadow: transmittance towards the sun in warped light space, for the ground and for light shafts.
 //
 // reads -> writes: frame constants, light tiles -> RGBA32F image of (kLightTiles * texels_per_tile)^2: opacity, and
-// multiplied by it the warped w of the clouds' top, mean and bottom (shaders/light/cloud_shadow_lookup.glsl has the
+// multiplied by it the warped w of the clouds' top, mean and bottom (shaders/kit/cloud_shadow_lookup.glsl has the
 // look-up). Half floats would do for the opacity, but place clouds seen from 200 km up in steps of 500 m. cost: every
 // texel that a look-up from the camera's view can reach walks its tile's list until the light is gone; the others keep
 // what they had.

@@ -15,7 +15,7 @@ class Occlusion {
   Occlusion(Workshop& make, std::uint32_t visible_capacity);
 
   // Returns one ParticleLight per slot of the visible list. The depths leave out the particle itself and stop at
-  // kMaxSunOpticalDepth. transmittance is the table that shaders/sky/light_through_air.glsl reads; without one the
+  // kMaxSunOpticalDepth. transmittance is the table that shaders/kit/light_through_air.glsl reads; without one the
   // sunlight is that of the top of the atmosphere, and the planet alone hides it. Step: "occlusion".
   const Buffer& add(FrameBuilder& frame, const Buffer& constants, const Buffer& particles, const Buffer& visible,
                     const Buffer& counters, const LightTileLists& tiles, const Image* transmittance);

@@ -13,8 +13,8 @@
 #include <glm/glm.hpp>
 
 #include "engine/workshop.h"
-#include "passes/light/haze_shadow.h"
 #include "passes/sky/atmosphere.h"
+#include "passes/sky/haze_shadow.h"
 
 namespace nephele {
 

@@ -30,9 +30,11 @@ void main() {
   // longest row.
   uint x = low.x, y = low.x < high.x ? low.y : high.y;
   while (y < high.y) {
-    [[unroll]] for (uint k = 0u; k < kColumnsARound; ++k) if (x + k < high.x && place < pair_capacity) {
-      keys[place] = y * tile_columns + x + k;
-      values[place++] = item;
+    [[unroll]] for (uint k = 0u; k < kColumnsARound; ++k) {
+      if (x + k < high.x && place < pair_capacity) {
+        keys[place] = y * tile_columns + x + k;
+        values[place++] = item;
+      }
     }
     x += kColumnsARound;
     if (x >= high.x) {

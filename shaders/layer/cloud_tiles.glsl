@@ -21,10 +21,11 @@ layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; }
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
 layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  // metres to what stands behind
+// Written by screen_begins.comp.
 layout(scalar, set = 0, binding = 12) readonly buffer TileRows {
   uvec3 tile_groups;
   uint tile_rows[];
-};                                                           // screen_begins.comp
+};
 layout(set = 0, binding = 13) uniform usamplerBuffer masks;  // two words a place: the pixels that it may show in
 
 #include "layer/cloud_shade.glsl"

@@ -8,7 +8,7 @@
 #include "shared/flat_base.h"
 #include "kit/texels.glsl"
 #include "shared/world.h"
-#include "sky/light_through_air.glsl"
+#include "kit/light_through_air.glsl"
 
 layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };

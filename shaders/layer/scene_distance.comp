@@ -9,7 +9,7 @@ layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 1) uniform sampler2D host_distance;
 layout(set = 0, binding = 2, r32f) writeonly uniform image2D layer_scene;  // metres along the ray, huge: the sky
 
-#include "layer/scene_distance.glsl"
+#include "kit/scene_distance.glsl"
 
 void main() {
   const uvec2 pixel = gl_GlobalInvocationID.xy;

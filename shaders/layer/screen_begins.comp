@@ -50,8 +50,12 @@ void main() {
   float least = kNoMatterM;
   // Lavapipe goes round 65 535 times at most: with 17 places a round, through the longest of lists
   // (kMaxScreenParticles).
-  for (uint i = range.y; i > range.x;) [[unroll]] for (uint k = 0u; k < 17u; ++k) if (i > range.x) {
-      least = min(least, float_at(near_m, word_at(list, --i)));
-      begins_m[i] = least;
+  for (uint i = range.y; i > range.x;) {
+    [[unroll]] for (uint k = 0u; k < 17u; ++k) {
+      if (i > range.x) {
+        least = min(least, float_at(near_m, word_at(list, --i)));
+        begins_m[i] = least;
+      }
     }
+  }
 }

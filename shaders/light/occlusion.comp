@@ -20,7 +20,7 @@ layout(set = 0, binding = 6) uniform usamplerBuffer list;
 layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
 layout(set = 0, binding = 8) uniform sampler2D transmittance;
 
-#include "sky/light_through_air.glsl"
+#include "kit/light_through_air.glsl"
 #include "light/occlusion_walk.glsl"
 
 vec3 sun_irradiance(vec3 p_render_m) {

@@ -12,7 +12,7 @@
 #include "shared/tonemap.h"
 #include "shared/types.h"
 #include "sky/composite_tiles.glsl"
-#include "light/cloud_shadow_lookup.glsl"
+#include "kit/cloud_shadow_lookup.glsl"
 
 layout(constant_id = 0) const uint kKind = kMixedKind;  // of tiles that this kernel is for
 // What the frame has. The code for what it lacks is gone once the constants are known, and a dummy image of one texel,
@@ -53,7 +53,7 @@ layout(push_constant, scalar) uniform Push {
   CompositeGrid grid;
 };
 
-#include "layer/scene_distance.glsl"
+#include "kit/scene_distance.glsl"
 #include "sky/cloud_upscale.glsl"
 
 // The sun's disc, per unit of its irradiance, before the air. Its edge is as soft as a pixel is wide, and a disc

@@ -99,13 +99,13 @@ TEST_CASE("tables are baked once, then read back bit for bit") {
   std::vector<std::string> warnings;
   int progress_calls = 0;
   const auto warn = [&](const std::string& line) { warnings.push_back(line); };
-  const Result<Tables> baked = load_or_bake(
-      tiny(), dir.path(), [&](const std::string&, double) { ++progress_calls; }, warn);
+  const auto count = [&](const std::string&, double) { ++progress_calls; };
+  const Result<Tables> baked = load_or_bake(tiny(), dir.path(), count, warn);
   REQUIRE(baked);
   CHECK(progress_calls > 0);
   CHECK(dir.entries().size() == 4);  // two .npy, two .json, nothing temporary
-  const Result<Tables> loaded = load_or_bake(
-      tiny(), dir.path(), [](const std::string&, double) { FAIL_CHECK("baked again"); }, warn);
+  const auto refuse = [](const std::string&, double) { FAIL_CHECK("baked again"); };
+  const Result<Tables> loaded = load_or_bake(tiny(), dir.path(), refuse, warn);
   REQUIRE(loaded);
   CHECK(warnings.empty());
   CHECK(loaded->optical_depth.array.data == baked->optical_depth.array.data);

@@ -18,6 +18,8 @@ struct Expected {
   std::size_t offset, bytes;
 };
 
+Expected member_at(const char* name, std::size_t offset, std::size_t bytes) { return {name, offset, bytes}; }
+
 void check_layout(const ShaderCode& code, const char* struct_name, const std::vector<Expected>& expected) {
   CAPTURE(struct_name);
   const std::vector<ReflectedMember> members = reflect_struct(code, struct_name);
@@ -32,8 +34,7 @@ void check_layout(const ShaderCode& code, const char* struct_name, const std::ve
 
 }  // namespace
 
-#define MEMBER(type, member) \
-  { #member, offsetof(type, member), sizeof(type::member) }
+#define MEMBER(type, member) member_at(#member, offsetof(type, member), sizeof(type::member))
 
 TEST_CASE("FrameConstants") {
   check_layout(shaders::prepare_draw_comp, "FrameConstants",

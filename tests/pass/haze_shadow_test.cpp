@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "passes/light/haze_shadow.h"
 #include "passes/nephele.h"
+#include "passes/sky/haze_shadow.h"
 #include "shared/haze_shadow_volume.h"
 #include "tests/support/sky_frame.h"
 #include "tests/support/test_tables.h"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#include "light/cloud_shadow_lookup.glsl"
+#include "kit/cloud_shadow_lookup.glsl"
 
 // Looks the clouds' shadow up at given points, just as the ground and the shafts do; for tests.
 layout(local_size_x = 64) in;

@@ -22,8 +22,8 @@ TEST_CASE("verification measures a coarse bake, and the tables stay loadable wit
   Result<Tables> tables = bake_to(directory / "tables", parameters);
   REQUIRE(tables);
   double shown = 0;
-  verify_tables(
-      *tables, [&](const std::string&, double fraction) { shown = fraction; }, 0.02);
+  const auto show = [&](const std::string&, double fraction) { shown = fraction; };
+  verify_tables(*tables, show, 0.02);
   CHECK(shown == 1.0);
   REQUIRE(save_metadata(tables->optical_depth));
   REQUIRE(save_metadata(tables->multiple_scattering));

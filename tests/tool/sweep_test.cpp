@@ -107,7 +107,8 @@ TEST_CASE("sweep: goes on after a kill, from what had been measured") {
   const std::string resumed = read_file(record_path);
   CHECK(resumed.substr(0, torn) == record.substr(0, torn));
   CHECK(count_lines(resumed) == count_lines(record));
-  for (const json& variant : sweep.results().at("variants")) CHECK(variant.at("repetition_ms").size() == 3);
+  const json results = sweep.results();
+  for (const json& variant : results.at("variants")) CHECK(variant.at("repetition_ms").size() == 3);
 }
 
 TEST_CASE("sweep: the record of another sweep is refused and left alone") {

@@ -13,10 +13,10 @@ endif()
 
 set(nephele_commit_script ${CMAKE_CURRENT_LIST_FILE})
 function(nephele_commit target)
-  set(header ${CMAKE_BINARY_DIR}/commit/commit.h)
+  set(header ${PROJECT_BINARY_DIR}/generated/${target}/commit.h)
   add_custom_target(${target}_commit
-    COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${CMAKE_SOURCE_DIR} -DHEADER=${header} -P ${nephele_commit_script}
+    COMMAND ${CMAKE_COMMAND} -DSOURCE_DIR=${PROJECT_SOURCE_DIR} -DHEADER=${header} -P ${nephele_commit_script}
     BYPRODUCTS ${header} COMMENT "" VERBATIM)
   add_dependencies(${target} ${target}_commit)
-  target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/commit)
+  target_include_directories(${target} PRIVATE ${PROJECT_BINARY_DIR}/generated/${target})
 endfunction()

@@ -56,6 +56,7 @@ namespace nephele::shaders {
 @declarations@}
 " @ONLY)
   add_library(${target} STATIC ${sources})
+  target_compile_features(${target} PRIVATE cxx_std_20)
   target_include_directories(${target}
     PRIVATE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> PUBLIC $<BUILD_INTERFACE:${out_dir}> $<INSTALL_INTERFACE:include/nephele>)
 endfunction()

@@ -8,8 +8,8 @@
 
 #include <glm/glm.hpp>
 
+#include "tools/path_tracer/directions.h"
 #include "tools/path_tracer/extinction_field.h"
-#include "tools/path_tracer/scattering.h"
 #include "tools/path_tracer/surroundings.h"
 
 namespace nephele::truth {

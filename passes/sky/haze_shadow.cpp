@@ -1,4 +1,4 @@
-#include "passes/light/haze_shadow.h"
+#include "passes/sky/haze_shadow.h"
 
 #include "nephele_shaders.h"
 #include "shared/haze_shadow_volume.h"

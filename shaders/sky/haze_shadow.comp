@@ -7,7 +7,7 @@
 #include "shared/atmosphere_tables.h"
 #include "shared/haze_shadow_volume.h"
 #include "shared/types.h"
-#include "light/cloud_shadow_lookup.glsl"
+#include "kit/cloud_shadow_lookup.glsl"
 
 layout(local_size_x = 8, local_size_y = 4) in;
 layout(set = 0, binding = 0, scalar) uniform Frame { FrameConstants frame; };

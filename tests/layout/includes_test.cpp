@@ -1,0 +1,151 @@
+// Who may include whom in the source tree, and that no two files share a name.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/support/include_scan.h"
+#include "tests/support/support.h"
+
+using namespace nephele::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A part of the tree. A file may include files of its own part and of parts below, never of another part of its own
+// level. What the library is made of includes nothing that is not.
+struct Part {
+  const char* folder;  // a last "*" stands for one folder name, each of which is a part of its own
+  int level;
+  bool library;
+};
+
+constexpr Part kParts[] = {
+    {"shaders/shared", 0, true},
+    {"engine", 1, true},
+    {"lut", 2, true},
+    {"lut/study", 3, false},
+    {"tools/path_tracer", 3, false},
+    {"passes/kit", 3, true},
+    {"passes/*", 4, true},
+    {"passes", 5, true},
+    {"shaders/kit", 1, true},
+    {"shaders/*", 2, true},
+    {"tools", 6, false},
+    {"tools/shaders", 6, false},
+    {"tests", 7, false},
+    {"tests/shaders", 7, false},
+};
+
+struct Place {
+  std::string folder;  // with the name that "*" stands for
+  const Part* part = nullptr;
+};
+
+// The part whose folder is the longest that holds the file (its path from the project's root).
+Place place_of(const std::string& file) {
+  Place best;
+  for (const Part& part : kParts) {
+    std::string folder = part.folder;
+    if (folder.back() == '*') {
+      folder.pop_back();
+      const std::size_t end = file.find('/', folder.size());
+      if (!file.starts_with(folder) || end == std::string::npos) continue;
+      folder = file.substr(0, end);
+    }
+    if (!file.starts_with(folder + "/")) continue;
+    // A folder by its own name before the same folder by "*".
+    const bool named = folder == part.folder;
+    if (folder.size() > best.folder.size() || (folder == best.folder && named)) best = {folder, &part};
+  }
+  return best;
+}
+
+bool is_shader(const std::string& file) {
+  const std::string extension = fs::path(file).extension();
+  return extension == ".glsl" || extension == ".comp" || extension == ".vert" || extension == ".frag";
+}
+
+bool may_include(const std::string& file, const std::string& included) {
+  const Place from = place_of(file), to = place_of(included);
+  if (from.part == nullptr || to.part == nullptr) return false;
+  if (from.part->library && !to.part->library) return false;
+  // C++ and GLSL share what is in shaders/shared, and nothing else.
+  if (to.folder != "shaders/shared" && is_shader(file) != is_shader(included)) return false;
+  return from.folder == to.folder || to.part->level < from.part->level;
+}
+
+// Every C++ and GLSL file, by its path from the project's root.
+std::vector<std::string> source_files() {
+  const fs::path root = NEPHELE_SOURCE_DIR;
+  std::vector<std::string> files;
+  for (const char* folder : {"engine", "lut", "passes", "shaders", "tests", "tools"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+      const std::string extension = entry.path().extension();
+      if (extension == ".h" || extension == ".cpp" || is_shader(entry.path().string()))
+        files.push_back(fs::relative(entry.path(), root).string());
+    }
+  }
+  return files;
+}
+
+// The file that an include names, searched for as the compiler does; empty for a generated one.
+std::string included_file(const std::string& file, const std::string& name) {
+  const fs::path root = NEPHELE_SOURCE_DIR;
+  for (const fs::path& candidate : {fs::path(file).parent_path() / name, fs::path(name), fs::path("shaders") / name})
+    if (fs::exists(root / candidate)) return candidate.lexically_normal().string();
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("the rules of inclusion refuse what they are for") {
+  CHECK(may_include("passes/layer/view_sort.h", "passes/kit/radix_sort.h"));
+  CHECK(may_include("passes/renderer.cpp", "passes/layer/view_sort.h"));
+  CHECK(may_include("tools/main.cpp", "tools/path_tracer/path_tracer.h"));
+  CHECK(may_include("shaders/layer/cloud.frag", "shaders/shared/light.h"));
+  CHECK(may_include("engine/scene.cpp", "shaders/shared/world.h"));
+  CHECK_FALSE(may_include("engine/scene.h", "lut/tables.h"));
+  CHECK_FALSE(may_include("lut/tables.cpp", "passes/nephele.h"));
+  CHECK_FALSE(may_include("lut/tables.cpp", "lut/study/verification.h"));
+  CHECK_FALSE(may_include("passes/renderer.cpp", "lut/study/verification.h"));
+  CHECK_FALSE(may_include("passes/kit/radix_sort.h", "passes/layer/view_sort.h"));
+  CHECK_FALSE(may_include("passes/sky/composite.h", "passes/light/light_tiles.h"));
+  CHECK_FALSE(may_include("passes/layer/view_sort.cpp", "passes/nephele.h"));
+  CHECK_FALSE(may_include("tools/path_tracer/path_tracer.cpp", "passes/nephele.h"));
+  CHECK_FALSE(may_include("tools/path_tracer/path_tracer.cpp", "passes/kit/radix_sort.h"));
+  CHECK_FALSE(may_include("tools/path_tracer/path_tracer.cpp", "tools/command.h"));
+  CHECK_FALSE(may_include("passes/renderer.cpp", "tools/command.h"));
+  CHECK_FALSE(may_include("tools/main.cpp", "tests/support/support.h"));
+  CHECK_FALSE(may_include("shaders/shared/light.h", "engine/camera.h"));
+  CHECK_FALSE(may_include("shaders/shared/light.h", "shaders/kit/texels.glsl"));
+  CHECK_FALSE(may_include("shaders/kit/camera_rays.glsl", "shaders/layer/blend_state.glsl"));
+  CHECK_FALSE(may_include("shaders/light/occlusion.comp", "shaders/sky/composite_tiles.glsl"));
+  CHECK_FALSE(may_include("passes/renderer.cpp", "shaders/kit/texels.glsl"));
+}
+
+TEST_CASE("every include goes down: tools, passes, lut, engine, shared; the passes' folders know only their kit") {
+  std::size_t seen = 0;
+  for (const std::string& file : source_files()) {
+    for (const std::string& name : quoted_includes(read_file(NEPHELE_SOURCE_DIR "/" + file))) {
+      const std::string included = included_file(file, name);
+      if (included.empty()) continue;
+      ++seen;
+      CHECK_MESSAGE(may_include(file, included), file, " includes ", included);
+    }
+  }
+  CHECK(seen > 500);  // the scan does find includes
+}
+
+TEST_CASE("no two source files have the same name") {
+  std::map<std::string, std::string> files;
+  for (const std::string& file : source_files()) {
+    const std::string name = fs::path(file).filename();
+    if (name == "main.cpp") continue;
+    const auto [first, fresh] = files.emplace(name, file);
+    CHECK_MESSAGE(fresh, first->second, " and ", file);
+  }
+}
