@@ -1,5 +1,5 @@
-# nephele_lut_hash(target): defines NEPHELE_LUT_HASH for the sources of `target`: a hash of everything that decides what a
-# baked table contains. Cached tables carry it, so that a changed bake never meets an old file.
+# nephele_lut_hash(target): defines NEPHELE_LUT_HASH for the sources of `target`: a hash of everything that decides what
+# a baked table contains. Cached tables carry it, so that a changed bake never meets an old file.
 function(nephele_lut_hash target)
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lut/*.cpp ${PROJECT_SOURCE_DIR}/lut/*.h)
   list(FILTER sources EXCLUDE REGEX "/(gpu_|paper_)?tables\\.|/npy\\.|/(chord_maps|oracles|verification)\\.")
