@@ -89,7 +89,32 @@ Result<std::string> read_text_file(const std::string& path) {
   return text;
 }
 
+Result<void> check_json_text(std::string_view text, const std::string& file) {
+  if (const std::size_t at = text.find('\0'); at != std::string_view::npos)
+    return Error{one_line(concat(file, ": not valid JSON: byte ", at + 1, " is NUL"))};
+  std::size_t depth = 0, line = 1;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line;
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '{' || c == '[') {
+      if (++depth > kMaxJsonDepth)
+        return Error{one_line(concat(file, ": line ", line, " is nested deeper than ", kMaxJsonDepth,
+                                     " objects and arrays; accepted: at most ", kMaxJsonDepth))};
+    } else if ((c == '}' || c == ']') && depth > 0) {
+      --depth;
+    }
+  }
+  return {};
+}
+
 Result<json> parse_json(std::string_view text, const std::string& file) {
+  if (Result<void> ok = check_json_text(text, file); !ok) return ok.error();
   RepeatedKeyFinder finder;
   try {
     json document = json::parse(text, std::ref(finder));
@@ -117,6 +142,7 @@ JsonObject::JsonObject(JsonReader& reader, const json& value, std::string path)
 bool JsonObject::has(const char* key) const { return value_.is_object() && value_.contains(key); }
 
 void JsonObject::require(const char* key) {
+  if (reader_.listing_) return required_.emplace_back(key), void();
   if (value_.is_object() && !has(key)) reader_.fail(path_of(key) + " is missing");
 }
 
@@ -135,7 +161,7 @@ std::optional<double> JsonObject::checked_number(const json& value, const std::s
     const double number = value.get<double>();
     if (number >= accepted.minimum && number <= accepted.maximum) return number;
   }
-  complain(value, path, "a number from " + shown(accepted.minimum) + " to " + shown(accepted.maximum));
+  complain(value, path, words_for(accepted));
   return std::nullopt;
 }
 
@@ -147,11 +173,62 @@ bool JsonObject::check_array(const json& value, const std::string& path, int cou
 
 bool JsonObject::check_count(const json& value, const std::string& path, std::size_t maximum_count) {
   if (value.is_array() && value.size() <= maximum_count) return true;
-  complain(value, path, "an array of at most " + std::to_string(maximum_count) + " objects");
+  complain(value, path, words_for_objects(maximum_count));
   return false;
 }
 
+void JsonObject::note(const char* key, const std::string& accepted, const std::string& default_value) {
+  const bool required = std::find(required_.begin(), required_.end(), key) != required_.end();
+  reader_.listing_->push_back({path_of(key), accepted, required ? "required" : default_value});
+}
+
+std::string JsonObject::words_for(Range accepted) {
+  return "a number from " + shown(accepted.minimum) + " to " + shown(accepted.maximum);
+}
+
+std::string JsonObject::words_for(int count, std::initializer_list<Range> accepted) {
+  std::string text = std::to_string(count) + " numbers";
+  const char* separator = accepted.size() == 1 ? ", each from " : ": from ";
+  for (const Range& range : accepted) {
+    text += separator + shown(range.minimum) + " to " + shown(range.maximum);
+    separator = ", ";
+  }
+  return text;
+}
+
+std::string JsonObject::words_for_objects(std::size_t maximum_count) {
+  return "an array of at most " + std::to_string(maximum_count) + " objects";
+}
+
+std::string JsonObject::number_text(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+void JsonObject::kind(const char* key, const Kinds& kinds) {
+  require(key);
+  std::string accepted;
+  for (const auto& entry : kinds) accepted += (accepted.empty() ? "\"" : ", \"") + std::string(entry.first) + '"';
+  if (reader_.listing_) {
+    note(key, accepted, "none");
+    for (const auto& [name, read] : kinds) {
+      std::string inside = path_;  // "sources[]" becomes "sources[set]"
+      inside.insert(inside.ends_with("[]") ? inside.size() - 1 : inside.size(), name);
+      JsonObject child(reader_, value_, inside);
+      read(child);
+    }
+    return;
+  }
+  const json* found = take(key);
+  if (!found) return;
+  for (const auto& [name, read] : kinds)
+    if (*found == name) return read(*this);
+  complain(*found, path_of(key), accepted);
+}
+
 void JsonObject::boolean(const char* key, bool& value) {
+  if (reader_.listing_) return note(key, "true or false", value ? "true" : "false");
   const json* found = take(key);
   if (!found) return;
   if (found->is_boolean())
@@ -161,21 +238,27 @@ void JsonObject::boolean(const char* key, bool& value) {
 }
 
 void JsonObject::integer(const char* key, std::uint32_t& value, std::uint32_t minimum, std::uint32_t maximum) {
+  const auto accepted = [&] {
+    return "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum);
+  };
+  if (reader_.listing_) return note(key, accepted(), std::to_string(value));
   const json* found = take(key);
   if (!found) return;
   if (found->is_number_unsigned() && found->get<std::uint64_t>() >= minimum && found->get<std::uint64_t>() <= maximum)
     value = found->get<std::uint32_t>();
   else
-    complain(*found, path_of(key), "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
+    complain(*found, path_of(key), accepted());
 }
 
 void JsonObject::string(const char* key, std::string& value) {
+  constexpr const char* kAccepted = "a text that is not empty";
+  if (reader_.listing_) return note(key, kAccepted, value.empty() ? "none" : json(value).dump());
   const json* found = take(key);
   if (!found) return;
   if (found->is_string() && !found->get_ref<const std::string&>().empty())
     value = found->get<std::string>();
   else
-    complain(*found, path_of(key), "a text that is not empty");
+    complain(*found, path_of(key), kAccepted);
 }
 
 void JsonObject::finish() {

@@ -79,9 +79,7 @@ void read_particle(JsonObject& json, ListedParticle& particle) {
   json.number("extinction_per_m", particle.extinction_per_m, {0, 1e6});
   json.choice("shape", particle.shape,
               {{"reference", ParticleShape::reference}, {"homogeneous", ParticleShape::homogeneous}});
-  glm::vec3 radiance{0.0f};
-  json.vector("radiance", radiance, {kLight});
-  if (json.has("radiance")) particle.radiance = radiance;
+  json.vector("radiance", particle.radiance, {kLight});
 }
 
 void read_scene(JsonObject& json, Scene& scene, std::string& weather_file) {
@@ -119,6 +117,14 @@ Result<Scene> parse_scene(std::string_view json_text, const std::string& name_fo
         !ok)
       return Error{concat(name_for_errors, ": clouds.weather_map.file: ", ok.error().message)};
   return scene;
+}
+
+std::vector<JsonKey> scene_keys() {
+  return JsonReader::keys_of([](JsonObject& root) {
+    Scene scene;
+    std::string weather_file;
+    read_scene(root, scene, weather_file);
+  });
 }
 
 Result<Scene> load_scene(const std::string& path) {
