@@ -32,26 +32,32 @@ std::string shown(double number) {
   return text;
 }
 
-// Follows the parser's events to find a key given twice in one object (the parser itself lets the last one win).
-class RepeatedKeyFinder {
+// Follows the parser's events to find a key given twice in one object (the parser itself lets the last one win). A walk
+// of its own over a text that is known to be good: as a callback of the parser it would cost the square of an array's
+// length, since the parser then goes through all earlier elements after each one.
+class RepeatedKeyFinder final : public nlohmann::json_sax<json> {
  public:
-  bool operator()(int, json::parse_event_t event, json& parsed) {
-    using Event = json::parse_event_t;
-    if (event == Event::object_end || event == Event::array_end) {
-      levels_.pop_back();
-      return true;
-    }
-    if (event == Event::key) {
-      Level& level = levels_.back();
-      level.key = parsed.get<std::string>();
-      if (!level.keys.insert(level.key).second && repeated_.empty()) repeated_ = path();
-      return true;
-    }
-    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().count;
-    if (event != Event::value) levels_.push_back({.is_array = event == Event::array_start, .keys = {}, .key = {}});
-    return true;
-  }
   const std::string& repeated() const { return repeated_; }
+
+  bool null() override { return value(); }
+  bool boolean(bool) override { return value(); }
+  bool number_integer(number_integer_t) override { return value(); }
+  bool number_unsigned(number_unsigned_t) override { return value(); }
+  bool number_float(number_float_t, const string_t&) override { return value(); }
+  bool string(string_t&) override { return value(); }
+  bool binary(binary_t&) override { return value(); }
+  bool start_object(std::size_t) override { return begin(false); }
+  bool start_array(std::size_t) override { return begin(true); }
+  bool end_object() override { return end(); }
+  bool end_array() override { return end(); }
+  bool key(string_t& name) override {
+    Level& level = levels_.back();
+    level.key = name;
+    if (level.keys.insert(name).second) return true;
+    repeated_ = path();
+    return false;
+  }
+  bool parse_error(std::size_t, const std::string&, const json::exception&) override { return false; }
 
  private:
   struct Level {
@@ -60,6 +66,19 @@ class RepeatedKeyFinder {
     std::string key;
     std::size_t count = 0;
   };
+  bool value() {
+    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().count;
+    return true;
+  }
+  bool begin(bool is_array) {
+    value();
+    levels_.push_back({.is_array = is_array, .keys = {}, .key = {}});
+    return true;
+  }
+  bool end() {
+    levels_.pop_back();
+    return true;
+  }
   std::string path() const {
     std::string text;
     for (const Level& level : levels_)
@@ -115,9 +134,10 @@ Result<void> check_json_text(std::string_view text, const std::string& file) {
 
 Result<json> parse_json(std::string_view text, const std::string& file) {
   if (Result<void> ok = check_json_text(text, file); !ok) return ok.error();
-  RepeatedKeyFinder finder;
   try {
-    json document = json::parse(text, std::ref(finder));
+    json document = json::parse(text);
+    RepeatedKeyFinder finder;
+    json::sax_parse(text, &finder);
     if (!finder.repeated().empty()) return Error{one_line(file + ": key " + finder.repeated() + " is given twice")};
     return document;
   } catch (const json::exception& failure) {
