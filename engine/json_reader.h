@@ -153,6 +153,8 @@ class JsonObject {
   void kind(const char* key, const Kinds& kinds);
   // The value as it stands, to be read by the caller; null when absent.
   const nlohmann::json* value(const char* key) { return take(key); }
+  // Records what is wrong with the key's value beyond its type and range.
+  void fail(const char* key, const std::string& what) { reader_.fail(path_of(key) + ' ' + what); }
   // Unknown keys are errors. Call once, after everything has been read.
   void finish();
 
