@@ -40,7 +40,7 @@ struct DeviceOptions {
 };
 
 // Vulkan objects that a host owns and lends. The device must have been created with the features that
-// Device::create enables (see required_features in device.cpp) and outlive everything made from it.
+// Device::create enables (FeatureChain in device.cpp lists them) and outlive everything made from it.
 struct HostDevice {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical_device = VK_NULL_HANDLE;

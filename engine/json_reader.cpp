@@ -32,26 +32,32 @@ std::string shown(double number) {
   return text;
 }
 
-// Follows the parser's events to find a key given twice in one object (the parser itself lets the last one win).
-class RepeatedKeyFinder {
+// Follows the parser's events to find a key given twice in one object (the parser itself lets the last one win). A walk
+// of its own over a text that is known to be good: as a callback of the parser it would cost the square of an array's
+// length, since the parser then goes through all earlier elements after each one.
+class RepeatedKeyFinder final : public nlohmann::json_sax<json> {
  public:
-  bool operator()(int, json::parse_event_t event, json& parsed) {
-    using Event = json::parse_event_t;
-    if (event == Event::object_end || event == Event::array_end) {
-      levels_.pop_back();
-      return true;
-    }
-    if (event == Event::key) {
-      Level& level = levels_.back();
-      level.key = parsed.get<std::string>();
-      if (!level.keys.insert(level.key).second && repeated_.empty()) repeated_ = path();
-      return true;
-    }
-    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().count;
-    if (event != Event::value) levels_.push_back({.is_array = event == Event::array_start, .keys = {}, .key = {}});
-    return true;
-  }
   const std::string& repeated() const { return repeated_; }
+
+  bool null() override { return value(); }
+  bool boolean(bool) override { return value(); }
+  bool number_integer(number_integer_t) override { return value(); }
+  bool number_unsigned(number_unsigned_t) override { return value(); }
+  bool number_float(number_float_t, const string_t&) override { return value(); }
+  bool string(string_t&) override { return value(); }
+  bool binary(binary_t&) override { return value(); }
+  bool start_object(std::size_t) override { return begin(false); }
+  bool start_array(std::size_t) override { return begin(true); }
+  bool end_object() override { return end(); }
+  bool end_array() override { return end(); }
+  bool key(string_t& name) override {
+    Level& level = levels_.back();
+    level.key = name;
+    if (level.keys.insert(name).second) return true;
+    repeated_ = path();
+    return false;
+  }
+  bool parse_error(std::size_t, const std::string&, const json::exception&) override { return false; }
 
  private:
   struct Level {
@@ -60,6 +66,19 @@ class RepeatedKeyFinder {
     std::string key;
     std::size_t count = 0;
   };
+  bool value() {
+    if (!levels_.empty() && levels_.back().is_array) ++levels_.back().count;
+    return true;
+  }
+  bool begin(bool is_array) {
+    value();
+    levels_.push_back({.is_array = is_array, .keys = {}, .key = {}});
+    return true;
+  }
+  bool end() {
+    levels_.pop_back();
+    return true;
+  }
   std::string path() const {
     std::string text;
     for (const Level& level : levels_)
@@ -89,10 +108,36 @@ Result<std::string> read_text_file(const std::string& path) {
   return text;
 }
 
+Result<void> check_json_text(std::string_view text, const std::string& file) {
+  if (const std::size_t at = text.find('\0'); at != std::string_view::npos)
+    return Error{one_line(concat(file, ": not valid JSON: byte ", at + 1, " is NUL"))};
+  std::size_t depth = 0, line = 1;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line;
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '{' || c == '[') {
+      if (++depth > kMaxJsonDepth)
+        return Error{one_line(concat(file, ": line ", line, " is nested deeper than ", kMaxJsonDepth,
+                                     " objects and arrays; accepted: at most ", kMaxJsonDepth))};
+    } else if ((c == '}' || c == ']') && depth > 0) {
+      --depth;
+    }
+  }
+  return {};
+}
+
 Result<json> parse_json(std::string_view text, const std::string& file) {
-  RepeatedKeyFinder finder;
+  if (Result<void> ok = check_json_text(text, file); !ok) return ok.error();
   try {
-    json document = json::parse(text, std::ref(finder));
+    json document = json::parse(text);
+    RepeatedKeyFinder finder;
+    json::sax_parse(text, &finder);
     if (!finder.repeated().empty()) return Error{one_line(file + ": key " + finder.repeated() + " is given twice")};
     return document;
   } catch (const json::exception& failure) {
@@ -117,6 +162,7 @@ JsonObject::JsonObject(JsonReader& reader, const json& value, std::string path)
 bool JsonObject::has(const char* key) const { return value_.is_object() && value_.contains(key); }
 
 void JsonObject::require(const char* key) {
+  if (reader_.listing_) return required_.emplace_back(key), void();
   if (value_.is_object() && !has(key)) reader_.fail(path_of(key) + " is missing");
 }
 
@@ -135,7 +181,7 @@ std::optional<double> JsonObject::checked_number(const json& value, const std::s
     const double number = value.get<double>();
     if (number >= accepted.minimum && number <= accepted.maximum) return number;
   }
-  complain(value, path, "a number from " + shown(accepted.minimum) + " to " + shown(accepted.maximum));
+  complain(value, path, words_for(accepted));
   return std::nullopt;
 }
 
@@ -147,11 +193,62 @@ bool JsonObject::check_array(const json& value, const std::string& path, int cou
 
 bool JsonObject::check_count(const json& value, const std::string& path, std::size_t maximum_count) {
   if (value.is_array() && value.size() <= maximum_count) return true;
-  complain(value, path, "an array of at most " + std::to_string(maximum_count) + " objects");
+  complain(value, path, words_for_objects(maximum_count));
   return false;
 }
 
+void JsonObject::note(const char* key, const std::string& accepted, const std::string& default_value) {
+  const bool required = std::find(required_.begin(), required_.end(), key) != required_.end();
+  reader_.listing_->push_back({path_of(key), accepted, required ? "required" : default_value});
+}
+
+std::string JsonObject::words_for(Range accepted) {
+  return "a number from " + shown(accepted.minimum) + " to " + shown(accepted.maximum);
+}
+
+std::string JsonObject::words_for(int count, std::initializer_list<Range> accepted) {
+  std::string text = std::to_string(count) + " numbers";
+  const char* separator = accepted.size() == 1 ? ", each from " : ": from ";
+  for (const Range& range : accepted) {
+    text += separator + shown(range.minimum) + " to " + shown(range.maximum);
+    separator = ", ";
+  }
+  return text;
+}
+
+std::string JsonObject::words_for_objects(std::size_t maximum_count) {
+  return "an array of at most " + std::to_string(maximum_count) + " objects";
+}
+
+std::string JsonObject::number_text(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+void JsonObject::kind(const char* key, const Kinds& kinds) {
+  require(key);
+  std::string accepted;
+  for (const auto& entry : kinds) accepted += (accepted.empty() ? "\"" : ", \"") + std::string(entry.first) + '"';
+  if (reader_.listing_) {
+    note(key, accepted, "none");
+    for (const auto& [name, read] : kinds) {
+      std::string inside = path_;  // "sources[]" becomes "sources[set]"
+      inside.insert(inside.ends_with("[]") ? inside.size() - 1 : inside.size(), name);
+      JsonObject child(reader_, value_, inside);
+      read(child);
+    }
+    return;
+  }
+  const json* found = take(key);
+  if (!found) return;
+  for (const auto& [name, read] : kinds)
+    if (*found == name) return read(*this);
+  complain(*found, path_of(key), accepted);
+}
+
 void JsonObject::boolean(const char* key, bool& value) {
+  if (reader_.listing_) return note(key, "true or false", value ? "true" : "false");
   const json* found = take(key);
   if (!found) return;
   if (found->is_boolean())
@@ -161,21 +258,27 @@ void JsonObject::boolean(const char* key, bool& value) {
 }
 
 void JsonObject::integer(const char* key, std::uint32_t& value, std::uint32_t minimum, std::uint32_t maximum) {
+  const auto accepted = [&] {
+    return "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum);
+  };
+  if (reader_.listing_) return note(key, accepted(), std::to_string(value));
   const json* found = take(key);
   if (!found) return;
   if (found->is_number_unsigned() && found->get<std::uint64_t>() >= minimum && found->get<std::uint64_t>() <= maximum)
     value = found->get<std::uint32_t>();
   else
-    complain(*found, path_of(key), "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
+    complain(*found, path_of(key), accepted());
 }
 
 void JsonObject::string(const char* key, std::string& value) {
+  constexpr const char* kAccepted = "a text that is not empty";
+  if (reader_.listing_) return note(key, kAccepted, value.empty() ? "none" : json(value).dump());
   const json* found = take(key);
   if (!found) return;
   if (found->is_string() && !found->get_ref<const std::string&>().empty())
     value = found->get<std::string>();
   else
-    complain(*found, path_of(key), "a text that is not empty");
+    complain(*found, path_of(key), kAccepted);
 }
 
 void JsonObject::finish() {

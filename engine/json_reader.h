@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <initializer_list>
 #include <limits>
@@ -27,7 +28,13 @@ namespace nephele {
 
 Result<std::string> read_text_file(const std::string& path);
 
-// Syntax, repeated keys and numbers beyond double's range are errors.
+inline constexpr std::size_t kMaxJsonDepth = 64;  // objects and arrays inside one another
+
+// Refused before any parser sees the text: a NUL byte, which would end it early, and nesting deeper than kMaxJsonDepth,
+// which would exhaust the stack of whatever walks the document.
+Result<void> check_json_text(std::string_view text, const std::string& file);
+
+// Syntax, repeated keys and numbers beyond double's range are errors, and what check_json_text refuses.
 Result<nlohmann::json> parse_json(std::string_view text, const std::string& file);
 
 struct Range {
@@ -35,6 +42,13 @@ struct Range {
 };
 
 inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+// A key that a reading function accepts, as the function's own calls state it.
+struct JsonKey {
+  std::string path;           // "camera.yaw_deg"; "particles[].density": in every object of an array
+  std::string accepted;       // worded as in an error line: "a number from 0 to 1"
+  std::string default_value;  // what holds where the key is absent, as JSON; "none", or "required"
+};
 
 class JsonObject;
 
@@ -46,9 +60,16 @@ class JsonReader {
   // Records "<file>: <message>" unless there is an earlier error.
   void fail(const std::string& message);
 
+  // Every key that read(JsonObject&) asks for, in its order. The function runs once, on an empty document, in which
+  // every object that it asks for is there and empty, and every array of objects holds one.
+  template <class Read>
+  static std::vector<JsonKey> keys_of(Read&& read);
+
  private:
+  friend class JsonObject;
   std::string file_;
   std::optional<Error> error_;
+  std::vector<JsonKey>* listing_ = nullptr;  // where keys_of wants the keys noted
 };
 
 // One object of the document. Reading an absent key leaves the value alone; after the reader's first error all
@@ -63,16 +84,27 @@ class JsonObject {
   // unit: what one unit of the file is in the program, e.g. kRadiansPerDegree. The range is in the file's unit.
   template <class Real>
   void number(const char* key, Real& value, Range accepted, double unit = 1.0) {
+    if (reader_.listing_) return note(key, words_for(accepted), number_text<Real>(value / unit));
     if (const nlohmann::json* found = take(key)) read_number(*found, path_of(key), value, accepted, unit);
   }
   // Exactly N numbers; one range for all of them, or one each.
   template <glm::length_t N, class Real>
   void vector(const char* key, glm::vec<N, Real>& value, std::initializer_list<Range> accepted) {
+    if (reader_.listing_) return note(key, words_for(N, accepted), vector_text(value));
     const nlohmann::json* found = take(key);
     if (!found || !check_array(*found, path_of(key), N)) return;
     for (glm::length_t i = 0; i < N; ++i)
       read_number((*found)[static_cast<std::size_t>(i)], path_of(key) + '[' + std::to_string(i) + ']', value[i],
                   accepted.begin()[accepted.size() == 1 ? 0 : i], 1.0);
+  }
+  // A vector that may be absent: its default is none.
+  template <glm::length_t N, class Real>
+  void vector(const char* key, std::optional<glm::vec<N, Real>>& value, std::initializer_list<Range> accepted) {
+    if (reader_.listing_) return note(key, words_for(N, accepted), "none");
+    if (has(key))
+      vector(key, value.emplace(Real{0}), accepted);
+    else
+      known_.emplace_back(key);
   }
   void boolean(const char* key, bool& value);
   void integer(const char* key, std::uint32_t& value, std::uint32_t minimum = 0,
@@ -81,33 +113,48 @@ class JsonObject {
   void string(const char* key, std::string& value);
   template <class Enum>
   void choice(const char* key, Enum& value, std::initializer_list<std::pair<const char*, Enum>> names) {
+    const auto accepted = [&names] {
+      std::string text;
+      for (const auto& entry : names) text += (text.empty() ? "\"" : ", \"") + std::string(entry.first) + '"';
+      return text;
+    };
+    if (reader_.listing_) {
+      std::string present = "none";
+      for (const auto& [name, meaning] : names)
+        if (meaning == value) present = '"' + std::string(name) + '"';
+      return note(key, accepted(), present);
+    }
     const nlohmann::json* found = take(key);
     if (!found) return;
-    std::string accepted;
     for (const auto& [name, meaning] : names) {
-      if (*found == name) {
-        value = meaning;
-        return;
-      }
-      accepted += (accepted.empty() ? "\"" : ", \"") + std::string(name) + '"';
+      if (*found != name) continue;
+      value = meaning;
+      return;
     }
-    complain(*found, path_of(key), accepted);
+    complain(*found, path_of(key), accepted());
   }
   // Calls read(JsonObject&) on the object at the key, then checks for unknown keys in it.
   template <class Read>
   void object(const char* key, Read&& read) {
+    if (reader_.listing_) return list_object(key, "an object", "", read);
     if (const nlohmann::json* found = take(key)) read_object(*found, path_of(key), read);
   }
   // Calls read(JsonObject&) on each object of the array.
   template <class Read>
   void objects(const char* key, std::size_t maximum_count, Read&& read) {
+    if (reader_.listing_) return list_object(key, words_for_objects(maximum_count), "[]", read);
     const nlohmann::json* found = take(key);
     if (!found || !check_count(*found, path_of(key), maximum_count)) return;
     for (std::size_t i = 0; i < found->size(); ++i)
       read_object((*found)[i], path_of(key) + '[' + std::to_string(i) + ']', read);
   }
+  // For objects whose other keys depend on this one, which is required: calls the function that has the key's name.
+  using Kinds = std::initializer_list<std::pair<const char*, std::function<void(JsonObject&)>>>;
+  void kind(const char* key, const Kinds& kinds);
   // The value as it stands, to be read by the caller; null when absent.
   const nlohmann::json* value(const char* key) { return take(key); }
+  // Records what is wrong with the key's value beyond its type and range.
+  void fail(const char* key, const std::string& what) { reader_.fail(path_of(key) + ' ' + what); }
   // Unknown keys are errors. Call once, after everything has been read.
   void finish();
 
@@ -116,6 +163,22 @@ class JsonObject {
  private:
   const nlohmann::json* take(const char* key);
   void complain(const nlohmann::json& value, const std::string& path, const std::string& accepted);
+  void note(const char* key, const std::string& accepted, const std::string& default_value);
+  static std::string words_for(Range accepted);
+  static std::string words_for(int count, std::initializer_list<Range> accepted);
+  static std::string words_for_objects(std::size_t maximum_count);
+  static std::string number_text(double value, int digits);
+  // As a person would write the number: the digits that its type keeps.
+  template <class Real>
+  static std::string number_text(double value) {
+    return number_text(value, std::numeric_limits<Real>::digits10);
+  }
+  template <glm::length_t N, class Real>
+  static std::string vector_text(const glm::vec<N, Real>& value) {
+    std::string text;
+    for (glm::length_t i = 0; i < N; ++i) text += (i ? ", " : "[") + number_text<Real>(value[i]);
+    return text + ']';
+  }
   bool check_array(const nlohmann::json& value, const std::string& path, int count);
   bool check_count(const nlohmann::json& value, const std::string& path, std::size_t maximum_count);
   std::optional<double> checked_number(const nlohmann::json& value, const std::string& path, Range accepted);
@@ -133,10 +196,28 @@ class JsonObject {
     child.finish();
   }
 
+  template <class Read>
+  void list_object(const char* key, const std::string& accepted, const char* inside, Read& read) {
+    note(key, accepted, "none");
+    JsonObject child(reader_, value_, path_of(key) + inside);
+    read(child);
+  }
+
   JsonReader& reader_;
   const nlohmann::json& value_;
   std::string path_;
-  std::vector<std::string> known_;
+  std::vector<std::string> known_, required_;
 };
+
+template <class Read>
+std::vector<JsonKey> JsonReader::keys_of(Read&& read) {
+  std::vector<JsonKey> keys;
+  JsonReader reader("");
+  reader.listing_ = &keys;
+  const nlohmann::json nothing = nlohmann::json::object();
+  JsonObject root = reader.root(nothing);
+  read(root);
+  return keys;
+}
 
 }  // namespace nephele

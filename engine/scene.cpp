@@ -15,10 +15,24 @@ constexpr Range kHorizontalM{-1e9, 1e9};
 constexpr Range kLight{0, 1e6};
 constexpr Range kFraction{0, 1};
 
+// Straight ahead lies the place, as if the ground were flat.
+void turn_towards(JsonObject& json, CameraState& camera, const glm::dvec3& place_m) {
+  if (json.has("yaw_deg") || json.has("pitch_deg"))
+    return json.fail("look_at_m", "stands beside yaw_deg or pitch_deg; accepted: one or the other");
+  const glm::dvec3 to_place = place_m - camera.position_m;
+  if (to_place == glm::dvec3(0.0)) return json.fail("look_at_m", "is the camera's own place");
+  const double horizontal_m = std::hypot(to_place.x, to_place.y);
+  if (horizontal_m > 0.0) camera.yaw_rad = std::atan2(to_place.x, to_place.y);
+  camera.pitch_rad = std::atan2(to_place.z, horizontal_m);
+}
+
 void read_camera(JsonObject& json, CameraState& camera) {
   json.vector("position_m", camera.position_m, {kHorizontalM, kHorizontalM, Range{0, 1e6}});
   json.number("yaw_deg", camera.yaw_rad, kAngleDeg, kRadiansPerDegree);
   json.number("pitch_deg", camera.pitch_rad, {-90, 90}, kRadiansPerDegree);
+  std::optional<glm::dvec3> look_at_m;
+  json.vector("look_at_m", look_at_m, {kHorizontalM, kHorizontalM, Range{-1e6, 1e6}});
+  if (look_at_m) turn_towards(json, camera, *look_at_m);
   json.number("roll_deg", camera.roll_rad, kAngleDeg, kRadiansPerDegree);
   json.number("vertical_fov_deg", camera.vertical_fov_rad, {0.1, 170}, kRadiansPerDegree);
 }
@@ -79,9 +93,7 @@ void read_particle(JsonObject& json, ListedParticle& particle) {
   json.number("extinction_per_m", particle.extinction_per_m, {0, 1e6});
   json.choice("shape", particle.shape,
               {{"reference", ParticleShape::reference}, {"homogeneous", ParticleShape::homogeneous}});
-  glm::vec3 radiance{0.0f};
-  json.vector("radiance", radiance, {kLight});
-  if (json.has("radiance")) particle.radiance = radiance;
+  json.vector("radiance", particle.radiance, {kLight});
 }
 
 void read_scene(JsonObject& json, Scene& scene, std::string& weather_file) {
@@ -119,6 +131,14 @@ Result<Scene> parse_scene(std::string_view json_text, const std::string& name_fo
         !ok)
       return Error{concat(name_for_errors, ": clouds.weather_map.file: ", ok.error().message)};
   return scene;
+}
+
+std::vector<JsonKey> scene_keys() {
+  return JsonReader::keys_of([](JsonObject& root) {
+    Scene scene;
+    std::string weather_file;
+    read_scene(root, scene, weather_file);
+  });
 }
 
 Result<Scene> load_scene(const std::string& path) {

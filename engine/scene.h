@@ -43,8 +43,8 @@ struct GroundSettings {
 // Outside the map the settings' own coverage holds, and type 255, after a fade over 2 km.
 struct WeatherMap {
   std::uint32_t width = 0, height = 0;  // texels, 1 .. kMaxWeatherMapSide
-  std::vector<glm::u8vec2>
-      texels;  // rows from the north, of 255: x coverage; y type, 0 humilis (many, small, flat) .. 255 as without a map
+  // Rows from the north. x: coverage times 255; y: type, from 0 humilis (many, small, flat) to 255 as without a map.
+  std::vector<glm::u8vec2> texels;
   glm::dvec2 origin_m{0.0};  // of the south-west corner, in the world
   glm::dvec2 extent_m{0.0};  // east and north from there
 };
@@ -57,8 +57,8 @@ struct CloudSettings {
   float thickness_m = 900.0f;
   float extinction_per_m = 0.05f;
   glm::dvec2 wind_m_per_s{6.0, 2.0};
-  double growth_period_s =
-      0.0;  // each cloud grows and shrinks once in this time, out of step with the others; 0: never
+  // Each cloud grows and shrinks once in this time, out of step with the others; 0: never.
+  double growth_period_s = 0.0;
   float view_distance_m = 80000.0f;
   std::optional<WeatherMap> weather_map;
 };
@@ -111,6 +111,10 @@ struct Scene {
 Result<Scene> load_scene(const std::string& path);
 Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors,
                           const std::string& directory = ".");
+
+// Every key of a scene file, in the reader's order; struct JsonKey stands in engine/json_reader.h.
+struct JsonKey;
+std::vector<JsonKey> scene_keys();
 
 // One line if the map's texels are not width * height, or a side or its extent is out of range: for maps that no file
 // made.

@@ -31,7 +31,7 @@ SphereRay random_sphere_ray(UniformNumbers& uniform);
 // Power leaving the sphere over the incident power, for a radiance over all exit rays (c, h, mu): 2 times its integral
 // over dc h dh dphi. Gauss points, dense at the terminator, by `azimuths` points around; runs on every core.
 double exit_power(int azimuths, const std::function<double(const SphereRay&)>& radiance);
-// The same without any scattering.
+// The power that leaves without having been scattered.
 double direct_power(double sigma);
 
 // Per sr; the phase function's own formula, in doubles.

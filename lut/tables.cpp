@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/check.h"
+#include "engine/json_reader.h"
 #include "lut/bake.h"
 #include "lut/oracles.h"
 #include "lut/table_errors.h"
@@ -243,7 +244,9 @@ Result<Table> load_table(const std::filesystem::path& json_path) {
   if (!text) return text.error();
   Table table;
   table.metadata.assign(reinterpret_cast<const char*>(text->data()), text->size());
-  const json metadata = json::parse(table.metadata, nullptr, false);
+  const Result<json> parsed = parse_json(table.metadata, json_path.string());
+  if (!parsed) return parsed.error();
+  const json& metadata = *parsed;
   const auto bad = [&](const std::string& what) { return Error{json_path.string() + ": " + what}; };
   if (!metadata.is_object()) return bad("not a JSON object");
   for (const char* field : {"format", "table", "generator", "dtype", "data_fnv1a"})

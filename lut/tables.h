@@ -25,7 +25,7 @@ struct TableParameters {
   std::uint32_t scattering_chords = 24;     // along h, 3 .. 128
   std::uint32_t scattering_densities = 16;  // along the density axis, 4 .. 64
   bool coarse_solver = false;               // the thin particles' grid for every density
-  double residual = 3e-5;                   // relative, at which a solution counts as converged, 1e-8 .. 1e-2
+  double residual = 3e-5;                   // relative, at which a solution counts as converged, 1e-7 .. 1e-2
   std::uint32_t particle_seed = 67;         // of the reference particle
 
   static Result<TableParameters> preset(const std::string& name);  // default, fast

@@ -1,4 +1,4 @@
-// The order of the frame, here alone (DESIGN: the frame). A step that the scene does not need is not recorded.
+// The order of the frame, stated here alone. A step that the scene does not need is not recorded.
 #include "passes/frame_list.h"
 
 #include <algorithm>

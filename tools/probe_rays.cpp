@@ -92,7 +92,9 @@ Result<ProbeRay> parse_ray(const std::string& place, const std::array<std::size_
 Result<ProbeRays> read_probe_rays(const std::string& path, double max_optical_radius) {
   const Result<std::vector<std::byte>> file = read_file(path, kMaxFileBytes);
   if (!file) return file.error();
-  const std::string_view text(reinterpret_cast<const char*>(file->data()), file->size());
+  std::string_view text(reinterpret_cast<const char*>(file->data()), file->size());
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // of UTF-8, as spreadsheets write it
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
 
   ProbeRays result;
   std::array<std::size_t, kColumns.size()> columns{};

@@ -13,6 +13,7 @@ packages=(
   libcli11-dev nlohmann-json3-dev    # command line, scene files
   libopenexr-dev libstb-dev          # EXR and PNG images
   doctest-dev vulkan-validationlayers  # tests
+  clang-format                       # the check of the code's format
   "$@"
 )
 

@@ -61,8 +61,10 @@ Result<SweepRecord> SweepRecord::open(const std::string& path, const ordered_jso
   for (std::size_t start = 0; start < complete;) {
     const std::size_t end = text.find('\n', start);
     ++line_number;
+    const std::string_view written = std::string_view(text).substr(start, end - start);
+    if (auto ok = check_json_text(written, concat(path, ": line ", line_number)); !ok) return ok.error();
     try {
-      const ordered_json line = ordered_json::parse(text.substr(start, end - start));
+      const ordered_json line = ordered_json::parse(written);
       if (line_number > 1)
         record.measurements_.push_back(from_json(line));
       else if (line != identity)

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds everything and runs every test, with Vulkan's validation layers on. Ends with "N passed, N failed".
+# Checks the code's format, builds everything and runs every test, with Vulkan's validation layers on. Ends with
+# "N passed, N failed".
 #   tools/test.sh [--preset release|debug|asan] [arguments of ctest, e.g. -R cpu]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -11,6 +12,7 @@ if [[ ${1:-} == --preset ]]; then
 fi
 
 tools/setup.sh
+tools/check_format.sh
 cmake --preset "$preset"
 cmake --build --preset "$preset"
 

@@ -17,14 +17,15 @@ work=out/truth
 mkdir -p "$work"
 for name in "${scenes[@]}"; do
   started=$SECONDS
-  build/nephele reference --scene "tools/truth/$name.json" --size "$(size_of "$name")" --noise 0.01 --resume --out "$work/$name.exr" \
-    --layers "$work/${name}_layers.exr" --picture "$work/$name.png" 2>"$work/$name.txt"
+  build/nephele reference --scene "tools/truth/$name.json" --size "$(size_of "$name")" --noise 0.01 --resume \
+    --out "$work/$name.exr" --layers "$work/${name}_layers.exr" --picture "$work/$name.png" 2>"$work/$name.txt"
   mv "$work/$name.exr" "$work/${name}_layers.exr" "$work/$name.png" tools/truth/
   rm -f "$work/$name.exr.state"
   # | name | samples a pixel | mean relative standard error |
   touch tools/truth/summary.md
   sed -i "/^| $name |/d" tools/truth/summary.md
-  sed -n "s/.*: \\([0-9]*\\) samples a pixel, mean relative standard error \\(.*\\)/| $name | \\1 | \\2 |/p" "$work/$name.txt" >>tools/truth/summary.md
+  sed -n "s/.*: \\([0-9]*\\) samples a pixel, mean relative standard error \\(.*\\)/| $name | \\1 | \\2 |/p" \
+    "$work/$name.txt" >>tools/truth/summary.md
   sort -o tools/truth/summary.md tools/truth/summary.md
   echo "$name: $((SECONDS - started)) s"
 done

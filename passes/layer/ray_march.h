@@ -15,7 +15,7 @@ namespace nephele {
 
 class RayMarch {
  public:
-  // steps: how many take a ray through eight particles in a row.
+  // steps: how many a marched ray takes across eight particle diameters (16 coarse, 512 fine).
   RayMarch(Workshop& make, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
            std::uint32_t visible_capacity);
 

@@ -12,7 +12,8 @@ namespace nephele {
 
 class ScreenLists {
  public:
-  // What of a particle counts: all of it, or the part that shading's detail leaves (shown_radius in screen_bounds.h).
+  // Which part of a particle the lists are for: all of it, or the part that shading's detail leaves visible
+  // (shown_radius in screen_bounds.h).
   enum class Extent : std::uint32_t { shown, whole };
 
   // bytes_per_pair: of the largest buffer that the user keeps for pairs; it limits how many there are room for.

@@ -2,9 +2,10 @@
 //
 // reads -> writes: frame constants, light tiles -> RGBA32F image of (kLightTiles * texels_per_tile)^2: opacity, and
 // multiplied by it the warped w of the clouds' top, mean and bottom (shaders/kit/cloud_shadow_lookup.glsl has the
-// look-up). Half floats would do for the opacity, but place clouds seen from 200 km up in steps of 500 m. cost: every
-// texel that a look-up from the camera's view can reach walks its tile's list until the light is gone; the others keep
-// what they had.
+// look-up). Half floats would do for the opacity, but they would round the place of clouds seen from 200 km up to steps
+// of 500 m.
+// cost: every texel that a look-up from the camera's view can reach walks its tile's list until the light is gone; the
+// others keep the values of an earlier frame, which nobody reads.
 #pragma once
 
 #include "passes/light/light_tiles.h"

@@ -1,9 +1,9 @@
 // Sunlight at the visible particles ([Yusov14] 5.3 step 2) and the thickness of the cloud around them.
 //
 // reads -> writes: frame constants, particles, visible list, counters, light tiles, sun transmittance -> lights
-// cost: six walks or so through the lists of the tiles that a particle's sample points lie in, from the sun down to the
-// point, and kColumnReachM beyond its centre; lists of some hundred particles near the camera. Emissive and unlit
-// particles walk none.
+// cost: about six walks a particle through the lists of the light tiles that its sample points lie in, each from the
+// sun down to the point, and one to kColumnReachM beyond the particle's centre. A list has some hundred particles near
+// the camera. No list is walked for particles that emit light or that no sunlight reaches.
 #pragma once
 
 #include "passes/light/light_tiles.h"

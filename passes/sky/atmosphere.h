@@ -32,8 +32,8 @@ class AtmospherePass {
 
   struct Params {
     glm::vec3 ground_albedo{0.0f};
-    bool aerial_perspective =
-        true;  // only what stands in the air (clouds, a host's scene) needs that table; the ground does not
+    // Only what stands in the air (clouds, a host's scene) needs this table; the ground does not.
+    bool aerial_perspective = true;
   };
   // Appends those steps of a frame whose tables change: the lasting ones in the first frame and when the albedo
   // changes, the camera's when its altitude or the sun's height does, too. buffer holds `constants` when the steps run.

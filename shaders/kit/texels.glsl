@@ -1,6 +1,6 @@
-// Buffers read as texels. Lavapipe loads storage buffers lane by lane and word by word, but gathers a texel's four
-// words for eight threads at once; hardware does either alike. What each thread reads at a place of its own comes this
-// way. Texels that a shader has no use for cost nothing.
+// Buffers read as texels. Lavapipe loads a storage buffer thread by thread and word by word, but gathers a texel's four
+// words for eight threads at once; a GPU is as fast either way. So a buffer that each thread reads at another place is
+// bound as texels. A texel that a shader declares and does not read costs nothing.
 #ifndef NEPHELE_TEXELS_GLSL
 #define NEPHELE_TEXELS_GLSL
 

@@ -1,4 +1,5 @@
-// A pixel's blend state as three RGBA32F texels. Distances need 32 bits: with half floats the overlap branch flips.
+// A pixel's blend state as three RGBA32F texels. Distances need 32 bits: rounded to half floats, segments
+// that overlap would be taken for separate ones and the other way round.
 #ifndef NEPHELE_BLEND_STATE_GLSL
 #define NEPHELE_BLEND_STATE_GLSL
 

@@ -1,12 +1,13 @@
-// Tiles with short lists on a CPU: eight threads, each with a column of pixels. There all lanes go through every branch
-// and every loop's body, needed or not, so the loop that shades does nothing else: segments go to a stack, and once a
-// column is through, all lanes blend theirs row by row. The picture is cloud_tiles.comp's.
+// Tiles with short lists on a CPU: eight threads, each with a column of pixels. A CPU driver executes every branch and
+// every loop's body for all eight threads, whether or not one of them needs it. So the loop that shades does nothing
+// else: it puts segments on a stack, and once a column is done, all threads blend their segments row by row. The
+// picture is the one that cloud_tiles.comp makes.
 // variants: volume=BLEND_VOLUME exact=BLEND_EXACT
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #define PACKED_TABLE
-#define EXACT_SLOTS 8  // a further stretch costs little here: segments are at hand
+#define EXACT_SLOTS 8  // another stretch costs little here: the segments are on the stack
 #include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"
 #include "shared/types.h"

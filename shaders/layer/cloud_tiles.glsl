@@ -37,8 +37,8 @@ bool place_covers(uint place, uvec2 in_tile) {
          0u;
 }
 
-// The first place from `at` on whose particle may cover the pixel: one load a place. On a CPU the eight lanes of a
-// batch so find their particles one by one and shade them together.
+// The first place from `at` on whose particle may cover the pixel: one load a place. Eight threads that a CPU runs in
+// step each find their next particle this way, one place at a time, and then shade all eight particles together.
 uint next_place(uint at, uint end, uvec2 in_tile) {
   while (at < end && !place_covers(at, in_tile)) ++at;
   return at;

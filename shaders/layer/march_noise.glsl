@@ -1,4 +1,4 @@
-// What the ray marcher and its reconstruction measure noise by.
+// The measure of noise that the ray marcher writes and its reconstruction reads.
 #ifndef NEPHELE_MARCH_NOISE_GLSL
 #define NEPHELE_MARCH_NOISE_GLSL
 

@@ -1,7 +1,7 @@
 // Takes the noise of jittered steps out of a marched layer (Kobak and Alda 2017, 6.3.3): a Gaussian over 3 x 3 pixels,
-// whose jitters between them cover a step evenly. Deviates from the paper: a neighbour counts by how far its difference
-// is within the noise that both rays' steps let expect. Edges and texture stay, and as the steps shrink so does the
-// blur: the result converges to the integral.
+// whose nine jitters cover a step evenly. Deviates from the paper: a neighbour's weight falls as its difference exceeds
+// the noise to be expected from both rays' steps. So edges and texture stay, the blur shrinks with the steps, and the
+// result converges to the integral.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

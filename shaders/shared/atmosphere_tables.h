@@ -1,6 +1,6 @@
 // What each texel of the atmosphere's tables holds, and look-ups into them. Tables reach these functions as
 // Table2D / Table3D: samplers (linear, clamped) in GLSL, arrays of texels in C++.
-// Based on: Hillaire 2020 and Bruneton 2017, see atmosphere.h.
+// Based on: Hillaire 2020 and Bruneton 2017, see air.h.
 #ifndef NEPHELE_SHARED_ATMOSPHERE_TABLES_H
 #define NEPHELE_SHARED_ATMOSPHERE_TABLES_H
 
@@ -73,7 +73,7 @@ NEPHELE_FN vec3 transmittance_texel(uvec2 texel) {
   return exp(-depth);
 }
 
-// To the top along a ray that does not meet the ground (those that do count as grazing it).
+// To the top along a ray that does not meet the ground; a ray that does is treated as if it grazed the ground.
 NEPHELE_FN vec3 transmittance_to_top(Table2D transmittance, float h_m, float mu) {
   vec2 unit = transmittance_unit(h_m, mu);
   return table_rgb(sample_table(transmittance, vec2(texel_from_unit(unit.x, float(kTransmittanceWidth)),

@@ -122,7 +122,7 @@ NEPHELE_FN void blend_finish(NEPHELE_INOUT(BlendState) state) {
 // are opaque together. All that begins behind it (opaque_front_hides) is hidden.
 struct OpaqueFront {
   float depth;    // optical depth of the segments counted
-  float reach_m;  // the farthest point of what of them can be seen
+  float reach_m;  // the farthest point at which any of these segments can still be seen
 };
 
 NEPHELE_FN OpaqueFront opaque_front_empty() {
@@ -139,7 +139,7 @@ NEPHELE_FN bool opaque_front_hides(OpaqueFront front, float begin_m) {
 NEPHELE_FN void opaque_front_add(NEPHELE_INOUT(OpaqueFront) front, BlendSegment s) {
   float opaque = -log(kOpaqueTransmittance);
   if (front.depth >= opaque) return;
-  // Of a segment that is opaque alone only the beginning counts.
+  // A segment that is opaque by itself hides its own far part: only its beginning is added.
   front.reach_m = max(front.reach_m, min(s.far_m, s.near_m + opaque / s.extinction_per_m));
   front.depth += s.extinction_per_m * (s.far_m - s.near_m);
 }

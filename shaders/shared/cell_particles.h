@@ -44,7 +44,7 @@ struct CellParts {
   uint wisps;
 };
 
-// What the field has in a cell's four places, and what follows for its particles.
+// The field at a cell's four places, and what the cell's particles get from it.
 struct CellCloud {
   CellParts parts;
   vec4 core;  // of the places: CloudSample.d, 0 where nothing stands

@@ -246,8 +246,8 @@ NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
   return window;
 }
 
-// Where it pays to know which features reach into a cell of the lattice, because several places in it are looked at:
-// rings of cells no larger than the lattice's.
+// Whether the features that reach into a cell of the lattice are listed beforehand. That pays where the field is asked
+// at several places of the cell: in rings whose cells are no larger than the lattice's.
 NEPHELE_FN float near_reach_m(FrameConstants frame, uint lattice) {
   uint ring = 0u;
   while (ring + 1u < frame.ring_count && ring_cell_m(frame, ring + 1u) <= lattice_cell_m(feature_cells(lattice)))

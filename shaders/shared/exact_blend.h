@@ -2,14 +2,16 @@
 // consecutive entry and exit events the extinction is the sum, the source the extinction-weighted mean.
 //
 // Segments come in any order, each before the ray is followed past its beginning (ExactState.cursor_m). A segment
-// with an event still ahead waits in one of kExactSlots slots. When they run out, the ray is followed in stretches: the
-// horizon moves to the farthest of the waiting segments' next events, so that a segment that covers everything up to
-// it only adds to the sums, and one that begins behind it is left for the next stretch, for which the caller goes
-// through the segments once more. So the result is the integral whatever the number; slots decide the cost alone.
+// whose entry or exit is still ahead waits in one of kExactSlots slots. When slots run out, the interval that is being
+// integrated (a stretch) is shortened: its end, the horizon, moves to the farthest of the waiting segments' next
+// events. Then each waiting segment either has an event inside the stretch and keeps its slot, or spans the stretch and
+// is added to the sums instead. A segment that begins behind the horizon is left for the next stretch, for which the
+// caller goes through all segments again. So the integral is right for any number of segments; the number of slots
+// decides only what it costs.
 //
-// A caller that cannot afford another stretch sets `merges`: then a segment without a slot joins the waiting one with
-// which it loses least. Optical depth and emission are kept, spread evenly over both, so only the order within the two
-// changes, and no more matter than exact_loss says is displaced.
+// A caller that cannot afford another stretch sets `merges`: then a segment without a slot is merged with the waiting
+// segment that makes exact_loss least. Optical depth and emission of the two are kept, spread evenly over both, so only
+// the order of matter within the two changes, by no more optical depth than exact_loss says.
 #ifndef NEPHELE_SHARED_EXACT_BLEND_H
 #define NEPHELE_SHARED_EXACT_BLEND_H
 

@@ -17,7 +17,7 @@ NEPHELE_CONST(uint, kTuftCells, 3511u);    // 27 m, and its octaves down to cent
 NEPHELE_CONST(float, kHedgeM, 10.0f);
 NEPHELE_CONST(uint, kGroundSeed, 0x67726e64u);
 
-// What is left of a pattern of that size under a footprint.
+// The share of a pattern's contrast that is left when a footprint averages over it.
 NEPHELE_FN float ground_fade(float size_m, float footprint_m) {
   return 1.0f - smoothstep(0.25f, 0.9f, footprint_m / size_m);
 }

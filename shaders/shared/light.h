@@ -19,8 +19,8 @@ NEPHELE_CONST(uint, kLightTiles, 192u);       // tiles along a side of the grid
 NEPHELE_CONST(uint, kLightTileBits, 16u);     // of a tile's index
 NEPHELE_CONST(float, kLightInnerM, 2000.0f);  // within about this distance tiles have one size
 NEPHELE_CONST(uint, kSunKeyBits, 16u);        // of the order along w
-// Depths beyond this are all the same night: even at an effective extinction of 0.025 times the true one
-// ([Yusov14] 5.3 scales it by 0.05) less than 1 % of the light is left. Traversal stops here.
+// Clamp: beyond this depth under 1 % of the light is left, even at an effective extinction of 0.025 times the true one
+// ([Yusov14] 5.3 scales it by 0.05). Traversal stops here.
 NEPHELE_CONST(float, kMaxSunOpticalDepth, 200.0f);
 
 // ---- Warped coordinates and tiles ----
@@ -92,7 +92,7 @@ NEPHELE_FN float sun_stop_m(float w_m, float view_distance_m) {
 struct Occluder {
   vec3 center_m;      // light space
   float top_m;        // largest w of the ellipsoid
-  vec3 shape_per_m2;  // uu, uv, vv of that symmetric form
+  vec3 shape_per_m2;  // uu, uv, vv of the symmetric matrix `shape` above
   float half_m;
   vec2 slope;
   float base_m;            // height of the flat base over the centre, along render z; kNoBaseM: none
@@ -289,8 +289,9 @@ NEPHELE_FN vec3 tetrahedron_corner(uint i) {
 // particles of a whole field, exp(-tau / 4) from these four points and a clamped linear law has an RMS error of 0.15 to
 // 0.16; from the centre alone 0.23 to 0.26, from six points on the axes 0.13 to 0.14, and those with the centre 0.17.
 NEPHELE_CONST(float, kDepthSampleRadius, 0.6f);
-// Where its surroundings are looked at, at the opposite corners, how much of a way there counts, in radii, and what a
-// particle with clear air at all four still is: those that stick out of a crown must not show as dark spots in it.
+// How enclosed a particle is. kNeighbourRadius: its surroundings are looked up this many radii from its centre, at the
+// opposite corners. kNeighbourWay: so many radii of the way there count. kLeastEnclosure: what a particle with clear
+// air at all four corners has; without it particles that stick out of a crown would show as dark spots in it.
 NEPHELE_CONST(float, kNeighbourRadius, 2.5f);
 NEPHELE_CONST(float, kNeighbourWay, 2.0f);
 NEPHELE_CONST(float, kLeastEnclosure, 0.25f);

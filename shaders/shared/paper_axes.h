@@ -3,8 +3,8 @@
 // places along an axis are fractions of its range, vertices at both ends (azimuths, too: the first and the last one
 // agree).
 //   optical depth  azimuth and zenith of the entry point, azimuth and zenith (0 .. pi/2) of the direction in there
-//   scattering     zenith of the entry point from the light, azimuth and zenith (0 .. pi/2) of the direction, log
-//   density
+//   scattering     zenith of the entry point from the light, azimuth and zenith (0 .. pi/2) of the direction,
+//                  logarithm of the density
 // A table is one 3D texture: x and y are the first two axes, z holds the third one once for each vertex of the fourth.
 #ifndef NEPHELE_SHARED_PAPER_AXES_H
 #define NEPHELE_SHARED_PAPER_AXES_H

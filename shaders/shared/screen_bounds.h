@@ -134,10 +134,10 @@ NEPHELE_FN uvec2 tile_mask(mat4 clip_from_render, mat4 render_from_clip, mat3 re
   return mask;
 }
 
-// An ellipsoid about what of a particle lies above its flat base. In reference space that is a unit ball cut by a plane
-// at height `cut` along `axis`; of the ellipsoids through the ball's top and the cut's circle this one, flat and wide,
-// follows the plane closely, and the ball itself bounds the sides. Where hardly anything is cut off: the particle's
-// own.
+// An ellipsoid around the part of a particle that lies above its flat base. In reference space that is a unit ball cut
+// by a plane at height `cut` along `axis`; of the ellipsoids through the ball's top and the cut's circle this one, flat
+// and wide, follows the plane closely, and the ball itself bounds the sides. Where hardly anything is cut off: the
+// particle's own.
 struct BaseBound {
   mat3 reference_from_render;
   vec3 center_m;

@@ -22,7 +22,7 @@ NEPHELE_FN uint rectangle_area(uvec2 rectangle) {
   return (high.x - low.x) * (high.y - low.y);
 }
 
-// What two have in common.
+// The tiles that two rectangles have in common.
 NEPHELE_FN uvec2 rectangle_both(uvec2 a, uvec2 b) {
   uvec2 low = max(rectangle_low(a), rectangle_low(b));
   uvec2 past = min(rectangle_high(a), rectangle_high(b));

@@ -93,6 +93,27 @@ TEST_CASE("scene: absent keys keep their defaults") {
   CHECK(scene.sun.elevation_rad == doctest::Approx(35 * kDegree));
 }
 
+TEST_CASE("scene: the camera looks at a place instead of along two angles") {
+  const auto looks_at = [](const std::string& place, double yaw_deg, double pitch_deg) {
+    const Scene scene =
+        parse(R"({"camera": {"position_m": [100, 200, 300], "roll_deg": 7, "look_at_m": )" + place + "}}");
+    CHECK(scene.camera.yaw_rad == doctest::Approx(yaw_deg * kDegree));
+    CHECK(scene.camera.pitch_rad == doctest::Approx(pitch_deg * kDegree));
+    CHECK(scene.camera.roll_rad == doctest::Approx(7 * kDegree));
+  };
+  looks_at("[100, 500, 300]", 0, 0);                                   // north
+  looks_at("[400, 200, 300]", 90, 0);                                  // east
+  looks_at("[400, 200, 600]", 90, 45);                                 // east and up
+  looks_at("[97, 196, 295]", -180 + std::atan2(3, 4) / kDegree, -45);  // a triangle of 3, 4 and 5, west of south, down
+  looks_at("[100, 200, 1]", 0, -90);                                   // straight down, north stays up
+  CHECK(complaint(R"({"camera": {"look_at_m": [1, 2, 3], "yaw_deg": 1}})") ==
+        "scene.json: camera.look_at_m stands beside yaw_deg or pitch_deg; accepted: one or the other");
+  CHECK(complaint(R"({"camera": {"look_at_m": [0, 0, 1500]}})") ==
+        "scene.json: camera.look_at_m is the camera's own place");
+  CHECK(complaint(R"({"camera": {"look_at_m": [0, 0, 2e6]}})") ==
+        "scene.json: camera.look_at_m[2] is 2000000; accepted: a number from -1000000 to 1000000");
+}
+
 TEST_CASE("scene: which of clouds and listed particles are drawn") {
   CHECK(parse("{}").clouds.has_value());
   CHECK_FALSE(parse(R"({"particles": []})").clouds.has_value());

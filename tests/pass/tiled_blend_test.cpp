@@ -223,9 +223,9 @@ TEST_CASE(
   CHECK(opaque_pixels > 1000);
 }
 
-// On a CPU a thread keeps the segments of a column of eight pixels on a stack of 256, and begins a pixel anew that
-// finds no room: with 32 layers all fit, with 33 the last pixel does not, with 256 every pixel fills it alone. 257 are
-// a long list, 1 025 more than a pixel measures on the way forward.
+// On a CPU a thread keeps the segments of a column of eight pixels on a stack of 256. A pixel whose segments do not fit
+// is started again on an empty stack: with 32 layers all eight pixels fit, with 33 the last one does not, with 256 each
+// pixel fills the stack alone. 257 layers make a long list; 1 025 are more than a pixel looks at on its way forward.
 TEST_CASE("the volume blend of a tile is the raster's however many layers its pixels have") {
   if (!backend_available(test_device().info(), Backend::attachment)) return;
   for (const int count : {32, 33, 43, 256, 257, 1025}) {

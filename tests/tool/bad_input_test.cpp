@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "engine/image_io.h"
 #include "tests/support/support.h"
@@ -106,6 +107,15 @@ TEST_CASE("bad input: scene and path files") {
   refuse_scene(R"({"clouds": {"weather_map": {"file": "scene.json", "origin_m": [0, 0], "extent_m": [1, 1]}}})",
                {"clouds.weather_map.file", "can't be read as a PNG image"});
   refuse_scene("{\"sun\": 1, \"sun\": 2}", {scene, "sun", "twice"});
+  refuse_scene(std::string("{\"particles\": []}\0{\"garbage", 27), {scene, "not valid JSON", "byte 18 is NUL"});
+  // Deep nesting, in every JSON file that a user hands over.
+  const std::string deep = "{\"exposure_ev\": " + std::string(100000, '[') + std::string(100000, ']') + "}";
+  refuse_scene(deep, {scene, "nested deeper than 64"});
+  write_file(directory / "deep.json", deep);
+  expect_refusal({"render", "--out", out, "--path", directory / "deep.json"}, {"deep.json", "nested deeper than 64"});
+  expect_refusal({"sweep", "--config", directory / "deep.json", "--out", directory / "sweep"},
+                 {"deep.json", "nested deeper than 64"});
+  std::filesystem::remove(directory / "deep.json");
   write_file(directory / "path.json", R"({"keys": []})");
   expect_refusal({"render", "--out", out, "--path", directory / "path.json"}, {directory / "path.json", "keys"});
   CHECK(directory.entries() == std::vector<std::string>{"path.json", "scene.json"});

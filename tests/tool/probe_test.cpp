@@ -135,7 +135,7 @@ TEST_CASE("probe: multiple scattering and optical depth are in range; columns in
   CHECK(last_number(core) >= 0.0);
   CHECK(last_number(core) < 0.6);
 
-  write_file(directory / "none.csv", kHeader + "\n");
+  write_file(directory / "none.csv", "\xef\xbb\xbf" + kHeader + "\n");  // with a byte order mark, as spreadsheets write
   REQUIRE(run_program(probe("single", directory / "none.csv", directory / "none_out.csv")).status == 0);
   CHECK(read_file(directory / "none_out.csv") == kHeader + ",value\n");
 }

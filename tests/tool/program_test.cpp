@@ -77,9 +77,9 @@ TEST_CASE("program: no shader is compiled anew for another camera, sun and weath
   std::filesystem::create_directory(cache);
   const std::map<std::string, std::string> environment{{"MESA_SHADER_CACHE_DIR", cache},
                                                        {"MESA_SHADER_CACHE_DISABLE", "false"}};
-  write_file(
-      directory / "a.json",
-      R"({"camera": {"position_m": [0, 0, 300], "yaw_deg": 10, "pitch_deg": 5}, "sun": {"azimuth_deg": 200, "elevation_deg": 30}})");
+  write_file(directory / "a.json",
+             R"({"camera": {"position_m": [0, 0, 300], "yaw_deg": 10, "pitch_deg": 5},
+          "sun": {"azimuth_deg": 200, "elevation_deg": 30}})");
   write_file(
       directory / "b.json",
       R"({"camera": {"position_m": [70000, 5000, 9000], "yaw_deg": 250, "pitch_deg": -35, "vertical_fov_deg": 40},
@@ -213,8 +213,8 @@ TEST_CASE("program: two runs write the same bytes") {
 
 TEST_CASE("program: a sequence along a camera path is numbered and moves") {
   const TempDirectory directory;
-  write_file(directory / "path.json", R"({"fps": 2, "keys": [{"time_s": 0, "position_m": [0, 0, 1000]},
-                                                             {"time_s": 1, "position_m": [0, 500, 1500], "yaw_deg": 90}]})");
+  write_file(directory / "path.json", R"({"fps": 2, "keys": [
+      {"time_s": 0, "position_m": [0, 0, 1000]}, {"time_s": 1, "position_m": [0, 500, 1500], "yaw_deg": 90}]})");
   run_quietly(small_render({"--path", directory / "path.json", "--out", directory / "f%04d.png"}));
   CHECK(directory.entries() == std::vector<std::string>{"f0000.png", "f0001.png", "f0002.png", "path.json"});
   CHECK_FALSE(same_bytes(directory / "f0000.png", directory / "f0002.png"));

@@ -127,8 +127,8 @@ TEST_CASE("sweep: the record of another sweep is refused and left alone") {
 
 TEST_CASE("sweep: another weather map under the same name makes another sweep") {
   const SweepDirectory sweep;
-  write_file(sweep / "scene.json", R"({"clouds": {"coverage": 0, "view_distance_m": 100,
-                                                  "weather_map": {"file": "map.png", "origin_m": [0, 0], "extent_m": [100, 100]}}})");
+  write_file(sweep / "scene.json", R"({"clouds": {"coverage": 0, "view_distance_m": 100, "weather_map":
+      {"file": "map.png", "origin_m": [0, 0], "extent_m": [100, 100]}}})");
   REQUIRE(nephele::write_png(sweep / "map.png", 1, 1, std::vector<std::uint8_t>{9, 9, 9, 255}));
   REQUIRE(sweep.run().status == 0);
   REQUIRE(nephele::write_png(sweep / "map.png", 1, 1, std::vector<std::uint8_t>{10, 9, 9, 255}));

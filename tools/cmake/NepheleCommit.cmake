@@ -1,5 +1,5 @@
-# nephele_commit(target): a header commit.h with the commit the sources are from, renewed at every build and touched only
-# when it changes. "-changed" where files differ from the commit; "unknown" outside a git checkout.
+# nephele_commit(target): a header commit.h with the commit the sources are from, renewed at every build and touched
+# only when it changes. "-changed" where files differ from the commit; "unknown" outside a git checkout.
 if(CMAKE_SCRIPT_MODE_FILE)
   cmake_minimum_required(VERSION 3.25)
   execute_process(COMMAND git describe --always --dirty=-changed --abbrev=10 --exclude=*
@@ -7,7 +7,8 @@ if(CMAKE_SCRIPT_MODE_FILE)
   if(NOT commit)
     set(commit unknown)
   endif()
-  file(CONFIGURE OUTPUT ${HEADER} CONTENT "#pragma once\n\ninline constexpr const char* kCommit = \"@commit@\";\n" @ONLY)
+  file(CONFIGURE OUTPUT ${HEADER} CONTENT
+"#pragma once\n\ninline constexpr const char* kCommit = \"@commit@\";\n" @ONLY)
   return()
 endif()
 

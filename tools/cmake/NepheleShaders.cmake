@@ -1,7 +1,7 @@
 # nephele_embed_shaders(target files...): compiles each GLSL file to SPIR-V with glslang at build time and embeds it in
 # the static library `target`. A shader `layer/resolve.comp` becomes `nephele::shaders::resolve_comp`, declared in the
-# generated header `<target>.h`; no two shaders have the same file name. A line `// variants: NAME=DEFINE[,DEFINE] ...` in the source adds
-# one embedded module per NAME, compiled with -DDEFINE (`nephele::shaders::shade_frag_NAME`).
+# generated header `<target>.h`; no two shaders have the same file name. A line `// variants: NAME=DEFINE[,DEFINE] ...`
+# in the source adds one embedded module per NAME, compiled with -DDEFINE (`nephele::shaders::shade_frag_NAME`).
 function(nephele_embed_shaders target)
   set(out_dir ${PROJECT_BINARY_DIR}/generated/${target})
   file(MAKE_DIRECTORY ${out_dir})
@@ -58,5 +58,6 @@ namespace nephele::shaders {
   add_library(${target} STATIC ${sources})
   target_compile_features(${target} PRIVATE cxx_std_20)
   target_include_directories(${target}
-    PRIVATE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> PUBLIC $<BUILD_INTERFACE:${out_dir}> $<INSTALL_INTERFACE:include/nephele>)
+    PRIVATE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    PUBLIC $<BUILD_INTERFACE:${out_dir}> $<INSTALL_INTERFACE:include/nephele>)
 endfunction()

@@ -1,0 +1,191 @@
+// The reader of JSON inputs: texts that no parser should see, and the list of keys that a reading function accepts.
+#include "engine/json_reader.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "engine/scene.h"
+#include "tests/support/support.h"
+
+using namespace nephele;
+
+namespace {
+
+enum class Pet { cat, dog };
+
+struct Zoo {
+  double angle_rad = 90.0 * kRadiansPerDegree;
+  float share = 0.1f;
+  glm::dvec2 place_m{1.5, -2.0};
+  std::optional<glm::vec3> color;
+  bool open = true;
+  std::uint32_t count = 7;
+  std::string name;
+  Pet pet = Pet::dog;
+  std::vector<float> ages;
+};
+
+void read_zoo(JsonObject& json, Zoo& zoo) {
+  json.number("angle_deg", zoo.angle_rad, {-90, 90}, kRadiansPerDegree);
+  json.number("share", zoo.share, {0, 1});
+  json.vector("place_m", zoo.place_m, {Range{0, 1}, Range{-1e9, 1e9}});
+  json.vector("color", zoo.color, {Range{0, 1}});
+  json.boolean("open", zoo.open);
+  json.integer("count", zoo.count, 1, 9);
+  json.require("name");
+  json.string("name", zoo.name);
+  json.choice("pet", zoo.pet, {{"cat", Pet::cat}, {"dog", Pet::dog}});
+  json.objects("visitors", 3, [&](JsonObject& child) {
+    child.kind("kind", {{"child",
+                         [&](JsonObject& own) {
+                           own.number("age_years", zoo.ages.emplace_back(), {0, 17});
+                         }},
+                        {"adult", [&](JsonObject& own) { own.boolean("paid", zoo.open); }}});
+  });
+}
+
+std::string nested(std::size_t arrays) { return std::string(arrays, '[') + std::string(arrays, ']'); }
+
+std::string complaint(const std::string& text) {
+  const Result<nlohmann::json> document = parse_json(text, "zoo.json");
+  if (!document) return document.error().message;
+  JsonReader reader("zoo.json");
+  JsonObject root = reader.root(*document);
+  Zoo zoo;
+  read_zoo(root, zoo);
+  root.finish();
+  return reader.error() ? reader.error()->message : "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("JSON: nesting is accepted up to the limit and refused beyond it, however deep") {
+  CHECK(parse_json(nested(kMaxJsonDepth), "a.json"));
+  for (const std::size_t depth : {kMaxJsonDepth + 1, std::size_t{100000}, std::size_t{3000000}}) {
+    const Result<nlohmann::json> parsed = parse_json("\n" + nested(depth), "a.json");
+    REQUIRE_FALSE(parsed);
+    CHECK(parsed.error().message == "a.json: line 2 is nested deeper than 64 objects and arrays; accepted: at most 64");
+  }
+  // Brackets in strings do not nest, and an escaped quote does not end a string.
+  CHECK(parse_json(R"({"a": ")" + std::string(1000, '[') + R"(\"[[", "b": "\\"})", "a.json"));
+  // Siblings do not nest either.
+  std::string row = "[[]";
+  for (int i = 0; i < 1000; ++i) row += ",{}";
+  CHECK(parse_json(row + "]", "a.json"));
+}
+
+TEST_CASE("JSON: a NUL byte is an error wherever it stands; a byte order mark before the text is not") {
+  using namespace std::string_literals;
+  for (const std::string& text : {"{}\0"s, "{\"particles\":[]}\0{\"garbage"s, "\0{}"s, "{\"a\0b\": 1}"s}) {
+    const Result<nlohmann::json> parsed = parse_json(text, "a.json");
+    REQUIRE_FALSE(parsed);
+    CHECK(parsed.error().message == "a.json: not valid JSON: byte " + std::to_string(text.find('\0') + 1) + " is NUL");
+  }
+  CHECK(parse_json("\xef\xbb\xbf{}", "a.json"));
+}
+
+TEST_CASE("JSON: objects whose keys depend on their kind") {
+  CHECK(
+      complaint(R"({"name": "x", "visitors": [{"kind": "child", "age_years": 3}, {"kind": "adult", "paid": true}]})") ==
+      "accepted");
+  CHECK(complaint(R"({"name": "x", "visitors": [{}]})") == "zoo.json: visitors[0].kind is missing");
+  CHECK(complaint(R"({"name": "x", "visitors": [{"kind": "dog"}]})") ==
+        "zoo.json: visitors[0].kind is \"dog\"; accepted: \"child\", \"adult\"");
+  CHECK(complaint(R"({"name": "x", "visitors": [{"kind": "adult", "age_years": 3}]})") ==
+        "zoo.json: unknown key visitors[0].age_years; accepted: kind, paid");
+}
+
+TEST_CASE("JSON: the list of a reading function's keys says what each accepts and its default") {
+  const std::vector<JsonKey> keys = JsonReader::keys_of([](JsonObject& root) {
+    Zoo zoo;
+    read_zoo(root, zoo);
+  });
+  const std::vector<std::array<std::string, 3>> expected{
+      {"angle_deg", "a number from -90 to 90", "90"},
+      {"share", "a number from 0 to 1", "0.1"},
+      {"place_m", "2 numbers: from 0 to 1, -1e+09 to 1e+09", "[1.5, -2]"},
+      {"color", "3 numbers, each from 0 to 1", "none"},
+      {"open", "true or false", "true"},
+      {"count", "a whole number from 1 to 9", "7"},
+      {"name", "a text that is not empty", "required"},
+      {"pet", "\"cat\", \"dog\"", "\"dog\""},
+      {"visitors", "an array of at most 3 objects", "none"},
+      {"visitors[].kind", "\"child\", \"adult\"", "required"},
+      {"visitors[child].age_years", "a number from 0 to 17", "0"},
+      {"visitors[adult].paid", "true or false", "true"}};
+  REQUIRE(keys.size() == expected.size());
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    CHECK(std::array{keys[i].path, keys[i].accepted, keys[i].default_value} == expected[i]);
+}
+
+namespace {
+
+// The cells of a Markdown table's row without the spaces around them; a backslash keeps a bar in its cell.
+std::vector<std::string> cells_of(const std::string& row) {
+  std::vector<std::string> cells(1);
+  for (std::size_t i = 1; i < row.size(); ++i) {
+    if (row[i] == '|')
+      cells.emplace_back();
+    else if (row[i] != '\\')
+      cells.back() += row[i];
+  }
+  cells.pop_back();
+  for (std::string& cell : cells) {
+    cell.erase(0, cell.find_first_not_of(' '));
+    cell.erase(cell.find_last_not_of(' ') + 1);
+  }
+  return cells;
+}
+
+// The unit that a key's name ends in, as the document spells it.
+std::string unit_of(const std::string& path) {
+  using Pair = std::pair<const char*, const char*>;
+  for (const auto& [ending, unit] : {Pair{"_m_per_s", "m/s"}, Pair{"_per_m", "1/m"}, Pair{"_m", "m"},
+                                     Pair{"_deg", "degrees"}, Pair{"_s", "s"}, Pair{"_ev", "stops"}})
+    if (path.ends_with(ending)) return unit;
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("docs/scene_file.md: the tables of keys are the reader's own") {
+  const std::string text = test::read_file(std::string(NEPHELE_SOURCE_DIR) + "/docs/scene_file.md");
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    const std::string line = text.substr(at, end - at);
+    if (line.starts_with("| `")) rows.push_back(cells_of(line));
+    at = end + 1;
+  }
+  const std::vector<JsonKey> keys = scene_keys();
+  for (std::size_t i = 0; i < std::max(rows.size(), keys.size()); ++i) {
+    REQUIRE_MESSAGE(i < rows.size(), "the document lacks ", keys[i].path);
+    REQUIRE_MESSAGE(i < keys.size(), "no such key: ", rows[i][0]);
+    CAPTURE(rows[i][0]);
+    REQUIRE(rows[i].size() == 5);  // key, meaning, unit, accepted, default
+    CHECK(rows[i][0] == '`' + keys[i].path + '`');
+    CHECK_FALSE(rows[i][1].empty());
+    if (const std::string unit = unit_of(keys[i].path); !unit.empty()) CHECK(rows[i][2] == unit);
+    CHECK(rows[i][3] == keys[i].accepted);
+    CHECK(rows[i][4] == keys[i].default_value);
+  }
+}
+
+TEST_CASE("scene keys: each is listed once, and its default is itself a value that the reader accepts") {
+  std::set<std::string> paths;
+  for (const JsonKey& key : scene_keys()) {
+    CAPTURE(key.path);
+    CHECK(paths.insert(key.path).second);
+    if (key.default_value == "none" || key.default_value == "required" || key.path.find('[') != std::string::npos)
+      continue;
+    std::string text = key.default_value, path = "." + key.path;
+    for (std::size_t dot; (dot = path.rfind('.')) != std::string::npos; path.erase(dot))
+      text = "{\"" + path.substr(dot + 1) + "\": " + text + "}";
+    const Result<Scene> scene = parse_scene(text, "scene.json");
+    CHECK_MESSAGE(scene, text);
+  }
+  CHECK(paths.size() > 30);
+}
