@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#include "kit/pair_dispatch.glsl"
 #include "kit/texels.glsl"
 #include "kit/tile_push.glsl"
 
@@ -13,7 +14,7 @@ layout(set = 0, binding = 1) uniform usamplerBuffer keys;
 layout(scalar, set = 0, binding = 2) writeonly buffer Ranges { uvec2 ranges[]; };
 
 void main() {
-  const uint i = gl_GlobalInvocationID.x;
+  const uint i = pair_of_thread();
   const uint pair_count = counters[pair_count_at];
   if (i >= pair_count) return;
   const uint tile = word_at(keys, i);

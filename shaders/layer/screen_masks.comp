@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/screen_bounds.h"
+#include "kit/pair_dispatch.glsl"
 #include "kit/texels.glsl"
 
 layout(local_size_x = 64) in;
@@ -16,7 +17,7 @@ layout(scalar, set = 0, binding = 6) writeonly buffer Masks { uvec2 masks[]; };
 layout(push_constant) uniform Push { uint tile_columns; };
 
 void main() {
-  const uint place = gl_GlobalInvocationID.x;
+  const uint place = pair_of_thread();
   if (place >= counters.screen_pair_count) return;
   const uint particle = word_at(list, place), tile = word_at(tiles, place);
   const DrawParticle p = draw_particle_at(draw_particles, particle);
