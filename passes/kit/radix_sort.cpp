@@ -7,20 +7,14 @@ namespace nephele {
 
 namespace {
 
-// Threads of a workgroup; a CPU runs eight at once.
-std::uint32_t local_size(const Device& device) { return device.info().on_cpu() ? 8 : 32; }
-
 ComputeKernel sort_kernel(Device& device, const ShaderCode& code) {
-  const SpecConstant constants[] = {{0, local_size(device)}};
+  const SpecConstant constants[] = {{0, device.tuning().sort_local_size}};
   return ComputeKernel(device, code, constants);
 }
 
-// Each thread sorts an equal run of the pairs. Some sixty threads, eight in a batch, are enough for a CPU, and their
-// table of counts is short; a GPU wants thousands. Short runs would make that table longer than the data.
-std::uint32_t thread_count(const Device& device, std::uint32_t capacity) {
-  const bool cpu = device.info().on_cpu();
-  const std::uint32_t run = cpu ? 512 : 128, most = cpu ? 64 : 8192;
-  return std::clamp((capacity + run - 1) / run, 1u, most);
+// Each thread sorts an equal run of the pairs.
+std::uint32_t thread_count(const Tuning& tuning, std::uint32_t capacity) {
+  return std::clamp((capacity + tuning.sort_run - 1) / tuning.sort_run, 1u, tuning.sort_max_threads);
 }
 
 struct Push {
@@ -33,8 +27,8 @@ RadixSort::RadixSort(Device& device, const std::string& name, std::uint32_t capa
     : histogram_(sort_kernel(device, shaders::radix_histogram_comp)),
       scatter_(sort_kernel(device, shaders::radix_scatter_comp)),
       capacity_(std::max(capacity, 1u)),
-      local_size_(local_size(device)),
-      threads_(thread_count(device, capacity_)),
+      local_size_(device.tuning().sort_local_size),
+      threads_(thread_count(device.tuning(), capacity_)),
       scan_(device, threads_ << kMaxDigitBits),
       counts_(device, name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t)),
       total_(device, name + "_total", sizeof(std::uint32_t)) {

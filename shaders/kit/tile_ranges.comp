@@ -10,7 +10,7 @@
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) readonly buffer Counters { uint counters[]; };
-layout(set = 0, binding = 1) uniform usamplerBuffer keys;
+WORDS(1, keys);
 layout(scalar, set = 0, binding = 2) writeonly buffer Ranges { uvec2 ranges[]; };
 
 void main() {

@@ -8,11 +8,11 @@
 
 layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
+DRAW_PARTICLES(1, draw_particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
-layout(set = 0, binding = 3) uniform usamplerBuffer tiles;
-layout(set = 0, binding = 4) uniform usamplerBuffer list;
-layout(set = 0, binding = 5) uniform usamplerBuffer pixels;
+WORDS(3, tiles);
+WORDS(4, list);
+WORDS(5, pixels);
 layout(scalar, set = 0, binding = 6) writeonly buffer Masks { uvec2 masks[]; };
 layout(push_constant) uniform Push { uint tile_columns; };
 
