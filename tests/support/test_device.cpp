@@ -2,28 +2,57 @@
 
 #include <doctest/doctest.h>
 
+#include <map>
 #include <memory>
+#include <optional>
 
 namespace nephele::test {
 namespace {
 
-std::unique_ptr<Device>& device_slot() {
-  static std::unique_ptr<Device> device;
-  return device;
+std::map<std::optional<TestTuning>, std::unique_ptr<Device>>& devices() {
+  static std::map<std::optional<TestTuning>, std::unique_ptr<Device>> made;
+  return made;
+}
+
+std::optional<TestTuning>& current() {
+  static std::optional<TestTuning> tuning;
+  return tuning;
 }
 
 }  // namespace
 
 Device& test_device() {
-  std::unique_ptr<Device>& device = device_slot();
+  std::unique_ptr<Device>& device = devices()[current()];
   if (!device) {
-    Result<std::unique_ptr<Device>> made = Device::create(DeviceOptions::from_environment());
+    DeviceOptions options = DeviceOptions::from_environment();
+    if (current()) options.tuning = *current() == TestTuning::gpu ? "gpu" : "cpu";
+    Result<std::unique_ptr<Device>> made = Device::create(options);
     if (!made) FAIL("no Vulkan device: " << made.error().message);
     device = std::move(*made);
+    if (current() == TestTuning::cpu_storage) {
+      Tuning tuning = device->tuning();
+      tuning.texel_buffers = false;
+      device->set_tuning(tuning);
+    }
   }
   return *device;
 }
 
-void release_test_device() { device_slot().reset(); }
+const char* test_tuning_name(TestTuning tuning) {
+  switch (tuning) {
+    case TestTuning::cpu:
+      return "cpu";
+    case TestTuning::cpu_storage:
+      return "cpu, storage buffers";
+    case TestTuning::gpu:
+      return "gpu";
+  }
+  return "?";
+}
+
+WithTuning::WithTuning(TestTuning tuning) { current() = tuning; }
+WithTuning::~WithTuning() { current().reset(); }
+
+void release_test_device() { devices().clear(); }
 
 }  // namespace nephele::test
