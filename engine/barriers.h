@@ -15,7 +15,8 @@ namespace nephele {
 enum class Access : std::uint8_t {
   uniform,             // uniform buffer, any shader stage
   sampled,             // sampled image, any shader stage
-  texels,              // a buffer as uniform texel buffer of four 32-bit words a texel, any shader stage
+  texels,              // a buffer as uniform texel buffer of four 32-bit words a texel, any shader stage; as
+                       // storage_read where the tuning reads storage buffers instead
   words,               // the same of one word a texel
   storage_read,        // storage buffer or image, read only
   storage_write,       // storage buffer or image, write only (whatever is not written keeps its value)

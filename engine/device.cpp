@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "engine/check.h"
+#include "engine/device_needs.h"
 
 namespace nephele {
 namespace {
@@ -73,28 +74,6 @@ Result<VkInstance> create_instance(bool validation) {
   return instance;
 }
 
-// The features every pass relies on, with the two optional ordering extensions chained behind.
-struct FeatureChain {
-  VkPhysicalDeviceFeatures2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
-  VkPhysicalDeviceVulkan12Features v12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
-  VkPhysicalDeviceVulkan13Features v13{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
-  VkPhysicalDeviceFragmentShaderInterlockFeaturesEXT interlock{
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FRAGMENT_SHADER_INTERLOCK_FEATURES_EXT};
-  VkPhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT ordered{
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RASTERIZATION_ORDER_ATTACHMENT_ACCESS_FEATURES_EXT};
-
-  void link(bool with_interlock, bool with_ordered) {
-    core.pNext = &v12;
-    v12.pNext = &v13;
-    void** tail = &v13.pNext;
-    if (with_interlock) {
-      *tail = &interlock;
-      tail = &interlock.pNext;
-    }
-    if (with_ordered) *tail = &ordered;
-  }
-};
-
 bool has_extension(VkPhysicalDevice physical, const char* name) {
   std::uint32_t count = 0;
   vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr);
@@ -126,9 +105,14 @@ DeviceInfo query_info(VkPhysicalDevice physical, std::uint32_t index) {
   info.name = properties.properties.deviceName;
   info.type = properties.properties.deviceType;
   info.api_version = properties.properties.apiVersion;
-  info.max_storage_buffer_bytes = properties.properties.limits.maxStorageBufferRange;
-  info.max_texel_buffer_elements = properties.properties.limits.maxTexelBufferElements;
-  info.timestamp_period_ns = properties.properties.limits.timestampPeriod;
+  const VkPhysicalDeviceLimits& limits = properties.properties.limits;
+  info.max_storage_buffer_bytes = limits.maxStorageBufferRange;
+  info.max_texel_buffer_elements = limits.maxTexelBufferElements;
+  info.max_groups = limits.maxComputeWorkGroupCount[0];
+  info.max_image_side_px =
+      std::min({limits.maxImageDimension2D, limits.maxFramebufferWidth, limits.maxFramebufferHeight});
+  info.max_volume_side_px = limits.maxImageDimension3D;
+  info.timestamp_period_ns = limits.timestampPeriod;
   if (info.api_version < VK_API_VERSION_1_3) {
     info.missing = "Vulkan 1.3";
     return info;
@@ -145,20 +129,18 @@ DeviceInfo query_info(VkPhysicalDevice physical, std::uint32_t index) {
   info.fragment_shader_interlock = interlock && features.interlock.fragmentShaderPixelInterlock;
   info.ordered_attachment_access = ordered && features.ordered.rasterizationOrderColorAttachmentAccess;
   info.fragment_count_query = features.core.features.pipelineStatisticsQuery;
+  const auto format_features = [&](VkFormat format) {
+    VkFormatProperties of_format{};
+    vkGetPhysicalDeviceFormatProperties(physical, format, &of_format);
+    return of_format.optimalTilingFeatures;
+  };
+  info.float_blending = format_features(VK_FORMAT_R32G32B32A32_SFLOAT) & format_features(VK_FORMAT_R32_SFLOAT) &
+                        VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BLEND_BIT;
+  info.missing = what_is_missing(features, limits, format_features);
   if (find_queue_family(physical) == kNoQueue)
-    info.missing = "a queue for graphics and compute with timestamps";
-  else if (!features.v12.scalarBlockLayout)
-    info.missing = "scalarBlockLayout";
-  else if (!features.v13.synchronization2)
-    info.missing = "synchronization2";
-  else if (!features.v13.maintenance4)
-    info.missing = "maintenance4";
-  else if (!features.core.features.fragmentStoresAndAtomics)
-    info.missing = "fragmentStoresAndAtomics";
-  else if (!features.core.features.independentBlend)
-    info.missing = "independentBlend";
-  else
-    info.usable = true;
+    info.missing =
+        concat("a queue for graphics and compute with timestamps", info.missing.empty() ? "" : ", ", info.missing);
+  info.usable = info.missing.empty();
   return info;
 }
 
@@ -178,9 +160,7 @@ Result<std::uint32_t> choose_device(const std::vector<DeviceInfo>& infos, const 
   std::optional<std::uint32_t> match;
   if (wanted.empty()) {
     for (const DeviceInfo& info : infos)
-      if (info.usable && (!match || (info.type == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU &&
-                                     infos[*match].type != VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU)))
-        match = info.index;
+      if (info.usable && (!match || device_preference(info) > device_preference(infos[*match]))) match = info.index;
     if (!match)
       return Error{
           concat("no device has Vulkan 1.3 and what Nephele needs (", names, "; first lacks ", infos[0].missing, ")")};
@@ -206,9 +186,11 @@ std::vector<DeviceInfo> query_all(const std::vector<VkPhysicalDevice>& devices) 
 
 }  // namespace
 
-DeviceOptions DeviceOptions::from_environment(std::string name_or_index) {
-  const char* value = std::getenv("NEPHELE_VALIDATION");
-  return {std::move(name_or_index), value && std::string(value) == "1"};
+DeviceOptions DeviceOptions::from_environment(std::string name_or_index, std::string tuning) {
+  const char* validation = std::getenv("NEPHELE_VALIDATION");
+  const char* wanted = std::getenv("NEPHELE_TUNING");
+  if (tuning.empty() && wanted) tuning = wanted;
+  return {std::move(name_or_index), validation && std::string(validation) == "1", std::move(tuning)};
 }
 
 Result<std::vector<DeviceInfo>> Device::list() {
@@ -220,6 +202,8 @@ Result<std::vector<DeviceInfo>> Device::list() {
 }
 
 Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
+  const Result<TuningKind> tuning = parse_tuning_kind(options.tuning);
+  if (!tuning) return tuning.error();
   Result<VkInstance> instance = create_instance(options.validation);
   if (!instance) return instance.error();
   const std::vector<VkPhysicalDevice> devices = physical_devices(*instance);
@@ -235,6 +219,7 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
   device->instance_ = *instance;
   device->physical_ = devices[*chosen];
   device->info_ = infos[*chosen];
+  device->tuning_ = tuning_for(device->info_, *tuning);
   device->queue_family_ = find_queue_family(device->physical_);
   if (options.validation) {
     const auto create_messenger = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
@@ -247,12 +232,8 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
 
   FeatureChain features;
   features.link(device->info_.fragment_shader_interlock, device->info_.ordered_attachment_access);
-  features.core.features.fragmentStoresAndAtomics = VK_TRUE;
-  features.core.features.independentBlend = VK_TRUE;
+  for (const RequiredFeature& feature : required_features(features)) *feature.value = VK_TRUE;
   features.core.features.pipelineStatisticsQuery = device->info_.fragment_count_query;
-  features.v12.scalarBlockLayout = VK_TRUE;
-  features.v13.synchronization2 = VK_TRUE;
-  features.v13.maintenance4 = VK_TRUE;  // LocalSizeId, which glslang emits for Vulkan 1.3
   features.interlock.fragmentShaderPixelInterlock = VK_TRUE;
   features.ordered.rasterizationOrderColorAttachmentAccess = VK_TRUE;
   std::vector<const char*> extensions;
@@ -288,6 +269,7 @@ std::unique_ptr<Device> Device::adopt(const HostDevice& host) {
   device->info_.fragment_shader_interlock = host.fragment_shader_interlock;
   device->info_.ordered_attachment_access = host.ordered_attachment_access;
   device->info_.fragment_count_query = host.fragment_count_query;
+  device->tuning_ = tuning_for(device->info_, host.tuning);
   device->create_common();
   return device;
 }
@@ -323,6 +305,13 @@ Device::~Device() {
     destroy(instance_, messenger_, nullptr);
   }
   vkDestroyInstance(instance_, nullptr);
+}
+
+VkDeviceSize Device::max_elements(VkDeviceSize element_bytes) const {
+  const VkDeviceSize stored = info_.max_storage_buffer_bytes / element_bytes;
+  if (!tuning_.texel_buffers) return stored;
+  const VkDeviceSize texel_bytes = element_bytes % 16 == 0 ? 16 : 4;
+  return std::min(stored, info_.max_texel_buffer_elements * texel_bytes / element_bytes);
 }
 
 std::uint32_t Device::memory_type(std::uint32_t type_bits, VkMemoryPropertyFlags wanted) const {

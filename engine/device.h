@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/result.h"
+#include "engine/tuning.h"
 
 namespace nephele {
 
@@ -17,30 +18,31 @@ struct DeviceInfo {
   std::uint32_t index = 0;
   std::string name;
   std::string driver;  // driver name and version
-  VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
+  VkPhysicalDeviceType type{};
   std::uint32_t api_version = 0;
   bool usable = false;                     // Vulkan 1.3 and every required feature
-  std::string missing;                     // what keeps it from being usable
+  std::string missing;                     // what keeps it from being usable, all of it
   bool fragment_shader_interlock = false;  // the interlock blending backend
   bool ordered_attachment_access = false;  // the attachment blending backend
+  bool float_blending = false;             // of 32-bit colour attachments: the alpha blending backend
   bool fragment_count_query = false;       // pipeline statistics: optional, for the figures
   VkDeviceSize max_storage_buffer_bytes = 0;
   std::uint32_t max_texel_buffer_elements = 0;
+  std::uint32_t max_groups = 0;                                 // of a dispatch along x
+  std::uint32_t max_image_side_px = 0, max_volume_side_px = 0;  // of 2D and 3D images
   float timestamp_period_ns = 0;
-
-  // A software driver: eight threads in step, cache misses and dispatches dear; kernels and their sizes differ.
-  bool on_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 };
 
 struct DeviceOptions {
   std::string name_or_index;  // empty: the first discrete GPU, else the first usable device
   bool validation = false;    // Khronos validation with synchronisation validation; messages are counted
-  // The default reads NEPHELE_VALIDATION (1 = on).
-  static DeviceOptions from_environment(std::string name_or_index = {});
+  std::string tuning;         // auto (or empty), cpu, gpu: see tuning.h
+  // Reads NEPHELE_VALIDATION (1 = on) and, where no tuning is given, NEPHELE_TUNING.
+  static DeviceOptions from_environment(std::string name_or_index = {}, std::string tuning = {});
 };
 
 // Vulkan objects that a host owns and lends. The device must have been created with the features that
-// Device::create enables (FeatureChain in device.cpp lists them) and outlive everything made from it.
+// Device::create enables (required_features in device_needs.cpp lists them) and outlive everything made from it.
 struct HostDevice {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical_device = VK_NULL_HANDLE;
@@ -50,6 +52,7 @@ struct HostDevice {
   bool fragment_shader_interlock = false;  // enabled on that device
   bool ordered_attachment_access = false;  // enabled on that device
   bool fragment_count_query = false;       // pipelineStatisticsQuery enabled on that device
+  TuningKind tuning = TuningKind::automatic;
 };
 
 class Device {
@@ -62,6 +65,12 @@ class Device {
   Device& operator=(const Device&) = delete;
 
   const DeviceInfo& info() const { return info_; }
+  const Tuning& tuning() const { return tuning_; }
+  // Another tuning than options gave, before anything is made from the device.
+  void set_tuning(const Tuning& tuning) { tuning_ = tuning; }
+  // The most elements of that many bytes that fit a buffer which shaders read, as storage or (a multiple of 16 bytes as
+  // texels of four words, others as words) in the tuning's way.
+  VkDeviceSize max_elements(VkDeviceSize element_bytes) const;
   VkDevice vk() const { return device_; }
   VkPhysicalDevice physical() const { return physical_; }
   VkQueue queue() const { return queue_; }
@@ -104,6 +113,7 @@ class Device {
 
   bool owned_ = false;
   DeviceInfo info_;
+  Tuning tuning_{};
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;

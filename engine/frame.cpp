@@ -16,6 +16,8 @@ const std::string& resource_name(const ResourceRef& resource) {
 
 bool is_image(const ResourceRef& resource) { return std::holds_alternative<const Image*>(resource); }
 
+bool is_texels(Access access) { return access == Access::texels || access == Access::words; }
+
 // What the step declares must be what the shader does: same set of bindings, same kind, same direction.
 void check_bindings(const std::string& step, const PipelineLayout& layout, const std::vector<Binding>& bindings) {
   for (const ReflectedBinding& reflected : layout.reflection().bindings) {
@@ -37,9 +39,9 @@ void check_bindings(const std::string& step, const PipelineLayout& layout, const
                                 : Access::storage_read;
     if (reflected.type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER) wanted = Access::sampled;
     if (reflected.type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT) wanted = Access::color_ordered;
-    if (texels)
-      wanted = at->access == Access::words ? Access::words
-                                           : Access::texels;  // how many words a texel has, the shader doesn't say
+    // How many words a texel has, the shader doesn't say; its storage module reads a storage buffer instead.
+    if (texels || (wanted == Access::storage_read && buffer && is_texels(at->access)))
+      wanted = at->access == Access::words ? Access::words : Access::texels;
     NEPHELE_CHECK(at->access == wanted, step, " / ", layout.name(), ": ", resource, " at binding ", reflected.binding,
                   " is declared ", access_name(at->access), ", the shader's ", reflected.name, " is ",
                   access_name(wanted));
@@ -48,9 +50,19 @@ void check_bindings(const std::string& step, const PipelineLayout& layout, const
                 bindings.size(), " bindings, the shader has ", layout.reflection().bindings.size());
 }
 
-std::vector<std::pair<ResourceRef, Access>> uses_of(const std::vector<Binding>& bindings, const Indirect& indirect) {
+// What a binding does in this layout: a buffer declared as texels that the shader reads as storage is a storage read.
+Access access_in(const PipelineLayout& layout, const Binding& binding) {
+  for (const ReflectedBinding& reflected : layout.reflection().bindings)
+    if (reflected.binding == binding.binding && reflected.type == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER &&
+        is_texels(binding.access))
+      return Access::storage_read;
+  return binding.access;
+}
+
+std::vector<std::pair<ResourceRef, Access>> uses_of(const PipelineLayout& layout, const std::vector<Binding>& bindings,
+                                                    const Indirect& indirect) {
   std::vector<std::pair<ResourceRef, Access>> uses;
-  for (const Binding& binding : bindings) uses.emplace_back(binding.resource, binding.access);
+  for (const Binding& binding : bindings) uses.emplace_back(binding.resource, access_in(layout, binding));
   if (indirect.buffer) uses.emplace_back(indirect.buffer, Access::indirect);
   return uses;
 }
@@ -104,7 +116,7 @@ void FrameBuilder::add(std::string name, const std::vector<std::pair<ResourceRef
 void FrameBuilder::compute(ComputeStep step) {
   NEPHELE_CHECK(step.kernel && *step.kernel, step.name, ": no kernel");
   check_bindings(step.name, step.kernel->layout(), step.bindings);
-  const auto uses = uses_of(step.bindings, step.indirect);
+  const auto uses = uses_of(step.kernel->layout(), step.bindings, step.indirect);
   std::string name = step.name;
   add(std::move(name), uses, [step = std::move(step)](VkCommandBuffer commands, FrameExecutor& executor) {
     const PipelineLayout& layout = step.kernel->layout();
@@ -124,7 +136,7 @@ void FrameBuilder::raster(RasterStep step) {
   const RasterDesc& desc = step.pipeline->desc();
   NEPHELE_CHECK(step.color.size() == desc.color_formats.size() && step.clear.size() == step.color.size(), step.name);
   check_bindings(step.name, step.pipeline->layout(), step.bindings);
-  auto uses = uses_of(step.bindings, step.indirect);
+  auto uses = uses_of(step.pipeline->layout(), step.bindings, step.indirect);
   for (const Image* image : step.color) {
     if (desc.ordered)
       NEPHELE_CHECK(

@@ -7,6 +7,11 @@
 namespace nephele {
 namespace {
 
+// The shader in the way that the device's tuning loads records.
+const ShaderCode& tuned(const Device& device, const ShaderCode& code) {
+  return code.storage && !device.tuning().texel_buffers ? *code.storage : code;
+}
+
 VkShaderModule make_module(Device& device, const ShaderCode& code) {
   VkShaderModuleCreateInfo info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
   info.codeSize = code.bytes;
@@ -136,8 +141,9 @@ void PipelineLayout::swap(PipelineLayout& other) noexcept {
   std::swap(layout_, other.layout_);
 }
 
-ComputeKernel::ComputeKernel(Device& device, const ShaderCode& code, std::span<const SpecConstant> constants)
+ComputeKernel::ComputeKernel(Device& device, const ShaderCode& shader, std::span<const SpecConstant> constants)
     : device_(&device) {
+  const ShaderCode& code = tuned(device, shader);
   const ShaderCode* stages[] = {&code};
   layout_ = PipelineLayout(device, code.name, stages, VK_SHADER_STAGE_COMPUTE_BIT);
   const Specialisation specialisation(constants);
@@ -170,7 +176,7 @@ RasterPipeline::RasterPipeline(Device& device, const RasterDesc& desc) : device_
   NEPHELE_CHECK(desc.ordered || desc.blends.size() == count, desc.fragment->name);
   NEPHELE_CHECK(!desc.ordered || device.info().ordered_attachment_access, desc.fragment->name,
                 " needs rasterization-order access");
-  const ShaderCode* codes[] = {desc.vertex, desc.fragment};
+  const ShaderCode* codes[] = {&tuned(device, *desc.vertex), &tuned(device, *desc.fragment)};
   layout_ =
       PipelineLayout(device, desc.fragment->name, codes, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT);
   render_pass_ = make_render_pass(device, desc);

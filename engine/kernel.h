@@ -1,5 +1,6 @@
 // Pipelines made from embedded SPIR-V. Descriptor set layouts come from shader reflection, so a shader's
-// bindings are written once, in the shader; what a step declares is checked against them (frame.h).
+// bindings are written once, in the shader; what a step declares is checked against them (frame.h). Where the device's
+// tuning reads no texel buffers, a shader's storage module is taken.
 #pragma once
 
 #include <cstddef>
@@ -71,7 +72,7 @@ class PipelineLayout {
 class ComputeKernel {
  public:
   ComputeKernel() = default;
-  ComputeKernel(Device& device, const ShaderCode& code, std::span<const SpecConstant> constants = {});
+  ComputeKernel(Device& device, const ShaderCode& shader, std::span<const SpecConstant> constants = {});
   ComputeKernel(ComputeKernel&& other) noexcept { swap(other); }
   ComputeKernel& operator=(ComputeKernel&& other) noexcept {
     swap(other);

@@ -10,6 +10,9 @@ struct ShaderCode {
   const char* name;
   const std::uint32_t* words;
   std::size_t bytes;
+  // The same shader reading its records from storage buffers instead of texel buffers (shaders/kit/texels.glsl); null
+  // for a shader that has no such records.
+  const ShaderCode* storage = nullptr;
 };
 
 }  // namespace nephele

@@ -8,8 +8,8 @@
 
 namespace nephele {
 
-// The words that fetch_optical_depth of shaders/layer/table_fetch.glsl reads from a usamplerBuffer. Exact for tables
-// that bake_optical_depth_array made: their values are whole 256ths.
+// The words that fetch_packed_optical_depth of shaders/layer/packed_table_fetch.glsl reads. Exact for tables that
+// bake_optical_depth_array made: their values are whole 256ths.
 std::vector<std::uint32_t> pack_optical_depth(const Table& optical_depth);
 
 }  // namespace nephele

@@ -217,6 +217,7 @@ Sky::~Sky() = default;
 
 Result<std::unique_ptr<Sky>> Sky::create(Device& device, const Tables& tables) {
   if (!device.info().usable) return Error{concat("device '", device.info().name, "' lacks ", device.info().missing)};
+  if (auto ok = check_tables_fit(device.info(), tables); !ok) return ok.error();
   return std::unique_ptr<Sky>(new Sky(std::make_unique<Implementation>(device, tables)));
 }
 
@@ -229,9 +230,13 @@ Renderer::Renderer(std::unique_ptr<Implementation> implementation) : implementat
 Renderer::~Renderer() = default;
 
 Result<void> Renderer::check(const Device& device, const RenderSettings& settings) {
+  if (!device.info().usable) return Error{concat("device '", device.info().name, "' lacks ", device.info().missing)};
   if (settings.width < 1 || settings.height < 1 || settings.width > kMaxImageSide || settings.height > kMaxImageSide)
     return Error{
         concat("image size is ", settings.width, "x", settings.height, "; accepted: 1 to ", kMaxImageSide, " a side")};
+  if (std::max(settings.width, settings.height) > device.info().max_image_side_px)
+    return Error{concat("image size is ", settings.width, "x", settings.height, "; ", device.info().name,
+                        " allows 1 to ", device.info().max_image_side_px, " a side")};
   if (settings.scale != 1 && settings.scale != 2 && settings.scale != 4)
     return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
   if (!backend_available(device.info(), settings.backend))

@@ -8,24 +8,9 @@
 namespace nephele::tools {
 namespace {
 
-const char* type_name(VkPhysicalDeviceType type) {
-  switch (type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
-      return "discrete GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
-      return "integrated GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
-      return "virtual GPU";
-    case VK_PHYSICAL_DEVICE_TYPE_CPU:
-      return "CPU";
-    default:
-      return "other";
-  }
-}
-
 void print_device(const DeviceInfo& device) {
   std::printf("%u  %s\n", device.index, device.name.c_str());
-  std::printf("   %s, Vulkan %u.%u.%u%s%s\n", type_name(device.type), VK_API_VERSION_MAJOR(device.api_version),
+  std::printf("   %s, Vulkan %u.%u.%u%s%s\n", device_type_name(device.type), VK_API_VERSION_MAJOR(device.api_version),
               VK_API_VERSION_MINOR(device.api_version), VK_API_VERSION_PATCH(device.api_version),
               device.driver.empty() ? "" : ", driver ", device.driver.c_str());
   if (!device.usable) {
@@ -35,6 +20,9 @@ void print_device(const DeviceInfo& device) {
   std::printf("   fragment shader interlock: %s; rasterization-order attachments: %s; storage buffers up to %.0f MiB\n",
               device.fragment_shader_interlock ? "yes" : "no", device.ordered_attachment_access ? "yes" : "no",
               static_cast<double>(device.max_storage_buffer_bytes) / (1024.0 * 1024.0));
+  const Tuning tuning = tuning_for(device);
+  std::printf("   tuning: %s, records in %s buffers\n", tuning_kind_name(tuning.kind),
+              tuning.texel_buffers ? "texel" : "storage");
   const BackendChoice choice = automatic_backend(device);
   std::printf("   backend: %s (%s)\n", backend_name(choice.backend), choice.reason);
 }

@@ -26,7 +26,7 @@ constexpr double kMaxTimeS = 1e9;
 
 // As typed.
 struct RenderOptions {
-  std::string scene, path, out, layers, stats, tables, device;
+  std::string scene, path, out, layers, stats, tables, device, tuning;
   std::string size = "1280x720", quality = "medium", backend = "auto", blend = "volume", method = "particles";
   std::uint32_t scale = 1, steps = RenderSettings{}.march_steps;
   double time_s = 0;
@@ -147,7 +147,8 @@ void warn_of_overflow(const std::vector<FrameStats>& frames) {
 Result<void> run_render(const RenderOptions& options) {
   const Result<RenderJob> job = prepare(options);
   if (!job) return job.error();
-  const Result<std::unique_ptr<Device>> device = Device::create(DeviceOptions::from_environment(options.device));
+  const Result<std::unique_ptr<Device>> device =
+      Device::create(DeviceOptions::from_environment(options.device, options.tuning));
   if (!device) return device.error();
   const Result<Tables> tables = tables_for_scene(job->scene, options.tables, options.quiet);
   if (!tables) return tables.error();
@@ -206,6 +207,7 @@ Command add_render_command(CLI::App& program) {
                   "Of a marched ray through eight particles in a row; 16 is coarse, 512 fine")
       ->check(CLI::Range(kMinMarchSteps, kMaxMarchSteps))
       ->capture_default_str();
+  app->add_option("--tuning", options->tuning, "Kernels for this kind of device: auto, cpu or gpu (NEPHELE_TUNING)");
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
       ->type_name("NAME_OR_INDEX");
   app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache")

@@ -24,7 +24,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 struct SweepOptions {
-  std::string config, out, compare, device;
+  std::string config, out, compare, device, tuning;
   double slowdown = 1.1;
   bool quiet = false;
 };
@@ -54,7 +54,8 @@ Result<void> run(const SweepOptions& options) {
   if (!options.compare.empty()) old = load_results(options.compare);
   if (!old) return old.error();
 
-  const Result<std::unique_ptr<Device>> device = Device::create(DeviceOptions::from_environment(options.device));
+  const Result<std::unique_ptr<Device>> device =
+      Device::create(DeviceOptions::from_environment(options.device, options.tuning));
   if (!device) return device.error();
   std::error_code failure;
   std::filesystem::create_directories(options.out, failure);
@@ -63,6 +64,7 @@ Result<void> run(const SweepOptions& options) {
                               {"commit", kCommit},
                               {"device", (*device)->info().name},
                               {"driver", (*device)->info().driver},
+                              {"tuning", tuning_kind_name((*device)->tuning().kind)},
                               {"processors", std::thread::hardware_concurrency()}};
   Result<SweepRecord> record = SweepRecord::open(options.out + "/measurements.jsonl", identity);
   if (!record) return record.error();
@@ -98,6 +100,7 @@ Command add_sweep_command(CLI::App& program) {
   app->add_option("--slowdown", options->slowdown, "How many times slower a variant must surely be to fail --compare")
       ->check(CLI::Range(1.0, 100.0))
       ->capture_default_str();
+  app->add_option("--tuning", options->tuning, "Kernels for this kind of device: auto, cpu or gpu (NEPHELE_TUNING)");
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
       ->type_name("NAME_OR_INDEX");
   app->add_flag("--quiet", options->quiet, "No progress bar");

@@ -11,11 +11,9 @@ struct Push {
 
 }  // namespace
 
-// On a CPU a dispatch costs as much as some thousand values: long runs take fewer levels. A GPU wants threads.
 PrefixSum::PrefixSum(Workshop& make, const std::string& name, std::uint32_t max_count) : max_count_(max_count) {
-  const bool cpu = make.device().info().on_cpu();
-  run_ = cpu ? 256 : 64;
-  local_size_ = cpu ? 16 : 64;
+  run_ = make.device().tuning().sum_run;
+  local_size_ = make.device().tuning().sum_local_size;
   const SpecConstant constants[] = {{0, run_}, {1, local_size_}};
   reduce_ = &make.compute(shaders::prefix_sum_reduce_comp, constants);
   scan_ = &make.compute(shaders::prefix_sum_scan_comp, constants);

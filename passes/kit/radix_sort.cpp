@@ -7,20 +7,14 @@ namespace nephele {
 
 namespace {
 
-// Threads of a workgroup; a CPU runs eight at once.
-std::uint32_t local_size(const Workshop& make) { return make.device().info().on_cpu() ? 8 : 32; }
-
 const ComputeKernel& sort_kernel(Workshop& make, const ShaderCode& code) {
-  const SpecConstant constants[] = {{0, local_size(make)}};
+  const SpecConstant constants[] = {{0, make.device().tuning().sort_local_size}};
   return make.compute(code, constants);
 }
 
-// Each thread sorts an equal run of the pairs. Some sixty threads, eight in a batch, are enough for a CPU, and their
-// table of counts is short; a GPU wants thousands. Short runs would make that table longer than the data.
-std::uint32_t thread_count(const Workshop& make, std::uint32_t capacity) {
-  const bool cpu = make.device().info().on_cpu();
-  const std::uint32_t run = cpu ? 512 : 128, most = cpu ? 64 : 8192;
-  return std::clamp((capacity + run - 1) / run, 1u, most);
+// Each thread sorts an equal run of the pairs.
+std::uint32_t thread_count(const Tuning& tuning, std::uint32_t capacity) {
+  return std::clamp((capacity + tuning.sort_run - 1) / tuning.sort_run, 1u, tuning.sort_max_threads);
 }
 
 struct Push {
@@ -33,8 +27,8 @@ RadixSort::RadixSort(Workshop& make, const std::string& name, std::uint32_t capa
     : histogram_(sort_kernel(make, shaders::radix_histogram_comp)),
       scatter_(sort_kernel(make, shaders::radix_scatter_comp)),
       capacity_(std::max(capacity, 1u)),
-      local_size_(local_size(make)),
-      threads_(thread_count(make, capacity_)),
+      local_size_(make.device().tuning().sort_local_size),
+      threads_(thread_count(make.device().tuning(), capacity_)),
       scan_(make, name + "_digits", threads_ << kMaxDigitBits),
       counts_(make.buffer(name + "_digit_counts", (VkDeviceSize{threads_} << kMaxDigitBits) * sizeof(std::uint32_t))),
       total_(make.buffer(name + "_total", sizeof(std::uint32_t))) {

@@ -13,9 +13,10 @@ struct Push {
   std::uint32_t tile_columns;
 };
 
-// Lavapipe ends loops after 65 535 rounds; an item may cover every tile, and each row takes a round more.
+// An item may cover every tile, and each row takes a round more.
 const ComputeKernel& emit_kernel(Workshop& make, std::uint32_t tile_columns, std::uint32_t tile_rows) {
-  const SpecConstant constants[] = {{0, 1 + tile_columns * tile_rows / 32768}};
+  const std::uint32_t columns_a_round = 1 + tile_columns * tile_rows / (make.device().tuning().loop_rounds / 2 + 1);
+  const SpecConstant constants[] = {{0, columns_a_round}};
   return make.compute(shaders::tile_emit_comp, constants);
 }
 

@@ -41,6 +41,7 @@ const char* backend_name(Backend backend) {
 bool backend_available(const DeviceInfo& device, Backend backend) {
   if (backend == Backend::interlock) return device.fragment_shader_interlock;
   if (backend == Backend::attachment) return device.ordered_attachment_access;
+  if (backend == Backend::alpha) return device.float_blending;
   return true;
 }
 

@@ -15,7 +15,7 @@ using shared::FrameCounters;
 constexpr std::uint32_t kPairsPerTile = 256;
 constexpr std::uint32_t kPairsPerParticle = 8;
 constexpr VkDeviceSize kMinPairs = 1u << 20;
-constexpr std::uint32_t kWordsPerPair = 2;  // the largest array with an element for every pair, as words
+constexpr VkDeviceSize kMaskBytes = 8;  // of a pair: the largest array of pairs that shaders read as words
 
 std::uint32_t tiles_across(std::uint32_t pixels) {
   return (pixels + shared::kScreenTilePx - 1) / shared::kScreenTilePx;
@@ -24,9 +24,8 @@ std::uint32_t tiles_across(std::uint32_t pixels) {
 std::uint32_t room_for_pairs(const Workshop& make, VkDeviceSize tiles, VkDeviceSize particles,
                              VkDeviceSize bytes_per_pair) {
   const VkDeviceSize wanted = std::max(kPairsPerTile * tiles + kPairsPerParticle * particles, kMinPairs);
-  return static_cast<std::uint32_t>(
-      std::min({tiles * particles, wanted, make.device().info().max_storage_buffer_bytes / bytes_per_pair,
-                VkDeviceSize{make.device().info().max_texel_buffer_elements / kWordsPerPair}}));
+  return static_cast<std::uint32_t>(std::min({tiles * particles, wanted, make.device().max_elements(kMaskBytes),
+                                              make.device().info().max_storage_buffer_bytes / bytes_per_pair}));
 }
 
 const ComputeKernel& bounds_kernel(Workshop& make, ScreenLists::Extent extent) {

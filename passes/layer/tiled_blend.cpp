@@ -13,26 +13,22 @@ using shared::FrameCounters;
 
 namespace {
 
-// Places of its list that one pixel of the exact blend goes through before it merges. Lavapipe ends all loops of eight
-// threads once they have gone round 65 535 times in all, and a place takes a handful of rounds.
-constexpr std::uint32_t kPlacesOnCpu = 2 * shared::kPagePlaces, kPlacesOnGpu = 1u << 20;
-
 // listed: for the tiles of a list, not all with short lists.
 const ComputeKernel& shade_kernel(Workshop& make, const ShaderCode& code, bool listed) {
-  const SpecConstant constants[] = {
-      {0, make.device().info().on_cpu() ? kPlacesOnCpu : kPlacesOnGpu}, {1, listed}, {2, shared::kShortPlaces}};
+  const SpecConstant constants[] = {{0, make.device().tuning().exact_places}, {1, listed}, {2, shared::kShortPlaces}};
   return make.compute(code, constants);
 }
 
 // Longest list that shade_short_kernel takes.
 std::uint32_t short_list(const Workshop& make, BlendMode mode) {
-  return make.device().info().on_cpu() && mode == BlendMode::volume ? shared::kColumnPlaces : shared::kShortPlaces;
+  return make.device().tuning().pixel_columns && mode == BlendMode::volume ? shared::kColumnPlaces
+                                                                           : shared::kShortPlaces;
 }
 
-// On a CPU a column of pixels a thread, on a GPU a pixel.
+// A column of pixels a thread, or a pixel.
 const ComputeKernel& shade_short_kernel(Workshop& make, const GpuTables& tables, BlendMode mode) {
   const bool volume = mode == BlendMode::volume;
-  if (!make.device().info().on_cpu())
+  if (!make.device().tuning().pixel_columns)
     return shade_kernel(make, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
   const SpecConstant constants[] = {{2, short_list(make, mode)}, {10, tables.optical_depth().desc().width}};
   return make.compute(volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);

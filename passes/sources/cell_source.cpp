@@ -18,9 +18,8 @@ using shared::FrameCounters;
 namespace {
 
 constexpr std::uint32_t kLocalSize = 64;
-constexpr double kBytesPerParticle = 160.0;  // the largest array with an element for every particle
-constexpr double kTexelsPerParticle = 10.0;  // the same as texels
-constexpr double kEvenOutM = 5000.0;         // over fewer metres than this the sky may be much fuller than its mean
+constexpr VkDeviceSize kBytesPerParticle = 160;  // the largest array with an element for every particle
+constexpr double kEvenOutM = 5000.0;             // over fewer metres than this the sky may be much fuller than its mean
 
 std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
 
@@ -97,7 +96,7 @@ FrameConstants what_cells_need(const FrameConstants& constants) {
 
 }  // namespace
 
-std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const FrameConstants& constants) {
+std::uint32_t CloudParticles::capacity_for(const Device& device, const FrameConstants& constants) {
   double cells = 0.0;
   const double reach = shared::cloud_reach_m(constants);
   for (std::uint32_t ring = 0; ring < constants.ring_count; ++ring) {
@@ -109,9 +108,9 @@ std::uint32_t CloudParticles::capacity_for(const DeviceInfo& device, const Frame
   const double covered = std::min(1.0, 1.15 * constants.coverage + 0.1 + kEvenOutM / std::max(reach, 1.0));
   const double per_cell = 1.2 + 0.6 * (constants.layer_count - 1.0) + 2.1 * constants.crown_per_cell;
   const double wanted = constants.clouds_enabled ? 1.15 * cells * covered * per_cell + 256.0 : 0.0;
-  const double limit = std::min(static_cast<double>(device.max_storage_buffer_bytes) / kBytesPerParticle,
-                                device.max_texel_buffer_elements / kTexelsPerParticle);
-  return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, std::floor(limit)));
+  const double limit = static_cast<double>(
+      std::min(device.max_elements(kBytesPerParticle), VkDeviceSize{device.info().max_groups} * kLocalSize));
+  return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, limit));
 }
 
 CloudParticles::CloudParticles(Workshop& make, const FrameConstants& constants, std::span<const ListedParticle> listed,
@@ -131,7 +130,7 @@ CloudParticles::CloudParticles(Workshop& make, const FrameConstants& constants, 
       map_size_(map ? glm::ivec2(map->width, map->height) : glm::ivec2(0)),
       most_coverage_(most_coverage(constants, map)),
       listed_count_(static_cast<std::uint32_t>(listed.size())),
-      capacity_(capacity > 0 ? capacity : capacity_for(make.device().info(), with_coverage(constants, most_coverage_))),
+      capacity_(capacity > 0 ? capacity : capacity_for(make.device(), with_coverage(constants, most_coverage_))),
       cell_count_(constants.clouds_enabled ? shared::grid_cell_count(constants) : 0),
       feature_count_(constants.clouds_enabled ? shared::feature_count(constants) : 0),
       near_count_(constants.clouds_enabled ? shared::near_count(constants) : 0),

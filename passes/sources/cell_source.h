@@ -44,7 +44,7 @@ class CloudParticles {
 
   // Room for the particles of these settings: over the cells of all rings, the share that may be covered times what a
   // covered cell holds, with a seventh to spare; at most what the device's storage buffers take.
-  static std::uint32_t capacity_for(const DeviceInfo& device, const shared::FrameConstants& constants);
+  static std::uint32_t capacity_for(const Device& device, const shared::FrameConstants& constants);
 
   // buffer holds `constants` when the steps run. weather: of the map, if there is one. Steps: "grid_cells",
   // "particles", "visibility".

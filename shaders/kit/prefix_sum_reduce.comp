@@ -7,7 +7,7 @@
 layout(local_size_x_id = 1) in;
 layout(constant_id = 0) const uint kRun = 64u;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer values;
+WORDS(0, values);
 layout(scalar, set = 0, binding = 1) writeonly buffer Sums { uint sums[]; };
 layout(push_constant) uniform Push { uint count; };
 

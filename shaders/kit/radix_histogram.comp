@@ -7,7 +7,7 @@
 // thread, so that their prefix sum is the place of each thread's first key with each digit.
 layout(local_size_x_id = 0) in;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer keys;
+WORDS(0, keys);
 layout(scalar, set = 0, binding = 1) buffer Counts { uint counts[]; };  // zero before
 layout(scalar, set = 0, binding = 2) readonly buffer Count { uint key_count[]; };
 layout(push_constant) uniform Push {

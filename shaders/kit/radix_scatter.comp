@@ -6,8 +6,8 @@
 // Radix sort: each thread moves its run of pairs, in order, to the places that the summed counts give it.
 layout(local_size_x_id = 0) in;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer keys_in;
-layout(set = 0, binding = 1) uniform usamplerBuffer values_in;
+WORDS(0, keys_in);
+WORDS(1, values_in);
 layout(scalar, set = 0, binding = 2) writeonly buffer KeysOut { uint keys_out[]; };
 layout(scalar, set = 0, binding = 3) writeonly buffer ValuesOut { uint values_out[]; };
 layout(scalar, set = 0, binding = 4) buffer Places { uint places[]; };

@@ -10,8 +10,8 @@
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) readonly buffer Counters { uint counters[]; };
-layout(set = 0, binding = 1) uniform usamplerBuffer order;
-layout(set = 0, binding = 2) uniform usamplerBuffer rectangles;
+WORDS(1, order);
+WORDS(2, rectangles);
 layout(scalar, set = 0, binding = 3) writeonly buffer Places { uint places[]; };
 
 void main() {

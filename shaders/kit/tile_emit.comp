@@ -13,9 +13,9 @@ layout(constant_id = 0) const uint kColumnsARound =
     1u;  // more where an item may cover more tiles than lavapipe goes rounds
 
 layout(scalar, set = 0, binding = 0) readonly buffer Counters { uint counters[]; };
-layout(set = 0, binding = 1) uniform usamplerBuffer order;
-layout(set = 0, binding = 2) uniform usamplerBuffer rectangles;
-layout(set = 0, binding = 3) uniform usamplerBuffer places;
+WORDS(1, order);
+WORDS(2, rectangles);
+WORDS(3, places);
 layout(scalar, set = 0, binding = 4) writeonly buffer Keys { uint keys[]; };
 layout(scalar, set = 0, binding = 5) writeonly buffer Values { uint values[]; };
 

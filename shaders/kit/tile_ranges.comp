@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#include "kit/pair_dispatch.glsl"
 #include "kit/texels.glsl"
 #include "kit/tile_push.glsl"
 
@@ -9,11 +10,11 @@
 layout(local_size_x = 64) in;
 
 layout(scalar, set = 0, binding = 0) readonly buffer Counters { uint counters[]; };
-layout(set = 0, binding = 1) uniform usamplerBuffer keys;
+WORDS(1, keys);
 layout(scalar, set = 0, binding = 2) writeonly buffer Ranges { uvec2 ranges[]; };
 
 void main() {
-  const uint i = gl_GlobalInvocationID.x;
+  const uint i = pair_of_thread();
   const uint pair_count = counters[pair_count_at];
   if (i >= pair_count) return;
   const uint tile = word_at(keys, i);

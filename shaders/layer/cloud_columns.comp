@@ -6,7 +6,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#define PACKED_TABLE
+#define PACKED_TABLE 2
 #define EXACT_SLOTS 8  // another stretch costs little here: the segments are on the stack
 #include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"
@@ -14,6 +14,7 @@
 
 layout(local_size_x = 8) in;
 
+#include "layer/packed_table_fetch.glsl"
 #include "layer/cloud_tiles.glsl"
 
 const uint kStack = kColumnPlaces;  // segments: those of one pixel always fit

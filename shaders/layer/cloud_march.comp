@@ -10,6 +10,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#include "kit/texels.glsl"
 #include "shared/blend.h"
 #include "shared/cloud_light.h"
 #include "shared/ellipsoid.h"
@@ -22,10 +23,10 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint kSteps = 64u;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
+DRAW_PARTICLES(1, draw_particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 3) uniform usamplerBuffer list;    // a tile's particles, nearest first
-layout(set = 0, binding = 4) uniform usamplerBuffer near_m;  // no point of the particle is nearer
+WORDS(3, list);    // a tile's particles, nearest first
+WORDS(4, near_m);  // no point of the particle is nearer
 layout(set = 0, binding = 5) uniform sampler3D density_lattice;
 layout(set = 0, binding = 6) uniform sampler3D multiple_table;
 layout(set = 0, binding = 7) uniform sampler2D layer_scene;  // metres to what stands behind
@@ -33,14 +34,13 @@ layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; }
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D marched;    // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;  // metres to the first matter, +inf
 layout(set = 0, binding = 12,
-       rgba16f) writeonly uniform image2D marched_noise;      // deviations of transmittance and luminance
-layout(set = 0, binding = 11) uniform usamplerBuffer pixels;  // that the particle may cover
+       rgba16f) writeonly uniform image2D marched_noise;  // deviations of transmittance and luminance
+WORDS(11, pixels);                                        // that the particle may cover
 
 #include "kit/camera_rays.glsl"
 #include "layer/driver_limit.glsl"
 #include "layer/march_noise.glsl"
 #include "layer/particle_light.glsl"
-#include "kit/texels.glsl"
 
 // A ray takes kSteps steps across eight particle diameters. Steps grow with the particles, which double in size from
 // ring to ring of the grid.

@@ -1,6 +1,6 @@
 // Shading of one particle along one ray: geometry, optical depth, light, as a segment to be blended.
-// The including shader declares: FrameConstants frame, sampler3D multiple_table, detail_noise, and optical_depth_table,
-// a sampler3D or, packed, a usamplerBuffer.
+// The including shader declares: FrameConstants frame, sampler3D multiple_table, detail_noise, and either sampler3D
+// optical_depth_table or, packed_table_fetch.glsl.
 #ifndef NEPHELE_CLOUD_SHADE_GLSL
 #define NEPHELE_CLOUD_SHADE_GLSL
 
@@ -99,6 +99,15 @@ vec3 segment_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, fl
   return source_radiance(light, mu, frame.phase_g);
 }
 
+// The reference particle along the chord between two points of the unit sphere, as fetch_optical_depth gives it.
+vec2 fetch_matter(vec3 entry, vec3 exit) {
+#ifdef PACKED_TABLE
+  return fetch_packed_optical_depth(entry, exit);
+#else
+  return fetch_optical_depth(optical_depth_table, entry, exit);
+#endif
+}
+
 // The particle's visible segment along the ray up to limit_m; false when there is none.
 bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegment segment) {
   segment = blend_no_segment();
@@ -119,7 +128,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   float h = min(half_chord * length(step), 1.0);
   if ((p.flags & kParticleDetail) != 0u && h < kRimFrom) return false;  // the detail erodes what little is there
   bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
-  vec2 matter = homogeneous ? vec2(1.0, 0.0) : fetch_optical_depth(optical_depth_table, entry, exit);
+  vec2 matter = homogeneous ? vec2(1.0, 0.0) : fetch_matter(entry, exit);
   float tau_chord = matter.x * p.extinction_per_m * 2.0 * half_chord;
   float matter_near = chord_near + matter.y * 2.0 * half_chord;
   float density = tau_chord / max(chord_far - matter_near, 1e-3 * half_chord);

@@ -3,20 +3,20 @@
 #ifndef NEPHELE_CLOUD_TILES_GLSL
 #define NEPHELE_CLOUD_TILES_GLSL
 
+#include "kit/texels.glsl"
+
 layout(constant_id = 1) const bool kListed = false;  // work on the tiles of TileRows; otherwise on all with short lists
 layout(constant_id = 2) const uint kShortList = kColumnPlaces;  // the longest of these
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
-#ifdef PACKED_TABLE
-layout(set = 0, binding = 2) uniform usamplerBuffer optical_depth_table;
-#else
+DRAW_PARTICLES(1, draw_particles);
+#ifndef PACKED_TABLE
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 #endif
 layout(set = 0, binding = 3) uniform sampler3D multiple_table;
 layout(set = 0, binding = 4) uniform sampler3D detail_noise;
 layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 6) uniform usamplerBuffer list;  // particles, a tile's after the other's
-layout(set = 0, binding = 7) uniform usamplerBuffer begins_m;
+WORDS(6, list);  // particles, a tile's after the other's
+WORDS(7, begins_m);
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D layer_color;  // premultiplied radiance, transmittance
 layout(set = 0, binding = 10, r32f) writeonly uniform image2D layer_depth;    // metres to the first matter, +inf
@@ -25,12 +25,11 @@ layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  //
 layout(scalar, set = 0, binding = 12) readonly buffer TileRows {
   uvec3 tile_groups;
   uint tile_rows[];
-};
-layout(set = 0, binding = 13) uniform usamplerBuffer masks;  // two words a place: the pixels that it may show in
+};                 // screen_begins.comp
+WORDS(13, masks);  // two words a place: the pixels that it may show in
 
 #include "layer/cloud_shade.glsl"
 #include "layer/driver_limit.glsl"
-#include "kit/texels.glsl"
 
 bool place_covers(uint place, uvec2 in_tile) {
   return ((word_at(masks, 2u * place + (in_tile.y >> 2u)) >> (kScreenTilePx * (in_tile.y & 3u) + in_tile.x)) & 1u) !=

@@ -12,10 +12,10 @@
 
 layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer particles;
+PARTICLES(1, particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer DrawOrder { uint draw_order[]; };
-layout(set = 0, binding = 4) uniform usamplerBuffer lights;
+PARTICLE_LIGHTS(4, lights);
 layout(scalar, set = 0, binding = 5) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 6) writeonly buffer DrawParticles { DrawParticle draw_particles[]; };
 layout(set = 0, binding = 7) uniform sampler2D sky_irradiance;

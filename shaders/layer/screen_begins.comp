@@ -11,8 +11,8 @@
 
 layout(local_size_x = 32) in;
 layout(scalar, set = 0, binding = 0) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 1) uniform usamplerBuffer list;
-layout(set = 0, binding = 2) uniform usamplerBuffer near_m;
+WORDS(1, list);
+WORDS(2, near_m);
 layout(scalar, set = 0, binding = 3) writeonly buffer Begins { float begins_m[]; };
 // How many tiles each row has, then their columns, a row after the other.
 layout(scalar, set = 0, binding = 4) buffer LongTiles {

@@ -3,20 +3,21 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/screen_bounds.h"
+#include "kit/pair_dispatch.glsl"
 #include "kit/texels.glsl"
 
 layout(local_size_x = 64) in;
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
+DRAW_PARTICLES(1, draw_particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
-layout(set = 0, binding = 3) uniform usamplerBuffer tiles;
-layout(set = 0, binding = 4) uniform usamplerBuffer list;
-layout(set = 0, binding = 5) uniform usamplerBuffer pixels;
+WORDS(3, tiles);
+WORDS(4, list);
+WORDS(5, pixels);
 layout(scalar, set = 0, binding = 6) writeonly buffer Masks { uvec2 masks[]; };
 layout(push_constant) uniform Push { uint tile_columns; };
 
 void main() {
-  const uint place = gl_GlobalInvocationID.x;
+  const uint place = pair_of_thread();
   if (place >= counters.screen_pair_count) return;
   const uint particle = word_at(list, place), tile = word_at(tiles, place);
   const DrawParticle p = draw_particle_at(draw_particles, particle);

@@ -9,7 +9,7 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool kWhole = false;  // with the rim that shading's detail erodes
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer draw_particles;
+DRAW_PARTICLES(1, draw_particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 3) writeonly buffer Rectangles { uvec2 rectangles[]; };
 layout(scalar, set = 0, binding = 4) writeonly buffer Nears { float near_m[]; };

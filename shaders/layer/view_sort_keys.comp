@@ -11,7 +11,7 @@
 // order of their slots.
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer particles;
+PARTICLES(0, particles);
 layout(scalar, set = 0, binding = 1) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 3) writeonly buffer Keys { uint keys[]; };

@@ -9,9 +9,9 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kTexelsPerTile = 2u;  // along a side; a power of 2, at most 8
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer occluders;  // PackedOccluder
+OCCLUDERS(1, occluders);
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
-layout(set = 0, binding = 3) uniform usamplerBuffer list;
+WORDS(3, list);
 layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D shadow;
 layout(scalar, set = 0, binding = 5) readonly buffer ShadowTiles {
   uvec3 tile_groups;

@@ -1,13 +1,16 @@
-// Occluders read as texels (PackedOccluder).
+// OCCLUDERS(binding, name) declares a buffer of PackedOccluder as kit/texels.glsl does; occluder_at reads it.
 #ifndef NEPHELE_OCCLUDERS_GLSL
 #define NEPHELE_OCCLUDERS_GLSL
 
 #include "shared/light.h"
 #include "kit/texels.glsl"
 
-Occluder occluder_at(usamplerBuffer texels, uint i) {
-  return unpack_occluder(
-      PackedOccluder(texel_at(texels, 3u * i), texel_at(texels, 3u * i + 1u), texel_at(texels, 3u * i + 2u)));
-}
+#define OCCLUDERS(at, name)                                                                             \
+  TEXELS(at, name)                                                                                      \
+  Occluder name##_occluder(uint i) {                                                                    \
+    return unpack_occluder(                                                                             \
+        PackedOccluder(vec4_at(name, 3u * i), vec4_at(name, 3u * i + 1u), vec4_at(name, 3u * i + 2u))); \
+  }
+#define occluder_at(name, i) name##_occluder(i)
 
 #endif

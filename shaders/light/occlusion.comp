@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/light.h"
+#include "light/occluders.glsl"
 
 // [Yusov14] 5.3 step 2: the sunlight that reaches each visible particle. The depth is sampled at a tetrahedron inside
 // the particle rather than at its centre alone, for its mean and its gradient.
@@ -11,12 +12,12 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const bool kAir = true;  // false: a dummy is bound as the transmittance table
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
-layout(set = 0, binding = 1) uniform usamplerBuffer particles;
+PARTICLES(1, particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Visible { uint visible[]; };
 layout(scalar, set = 0, binding = 3) readonly buffer Counters { FrameCounters counters; };
-layout(set = 0, binding = 4) uniform usamplerBuffer occluders;  // PackedOccluder
-layout(set = 0, binding = 5) uniform usamplerBuffer ranges;     // two words a tile
-layout(set = 0, binding = 6) uniform usamplerBuffer list;
+OCCLUDERS(4, occluders);
+WORDS(5, ranges);  // two words a tile
+WORDS(6, list);
 layout(scalar, set = 0, binding = 7) writeonly buffer Lights { ParticleLight lights[]; };
 layout(set = 0, binding = 8) uniform sampler2D transmittance;
 

@@ -1,5 +1,5 @@
 // Traversal of the light tiles' lists ([Yusov14] 5.3 step 2). The including shader declares, before this:
-// FrameConstants frame; texels occluders; words ranges, list.
+// FrameConstants frame; OCCLUDERS occluders; WORDS ranges, list.
 #ifndef NEPHELE_OCCLUSION_WALK_GLSL
 #define NEPHELE_OCCLUSION_WALK_GLSL
 

@@ -118,11 +118,11 @@ struct FrameCounters {
   uvec3 thin_groups;        // indirect dispatch over the cells: nothing when all find room
   uvec3 particle_groups;    // indirect dispatch: ceil(particle_count / 64), 1, 1
   uvec3 visible_groups;     // indirect dispatch: ceil(visible_count / 64), 1, 1
-  uvec3 tile_pair_groups;   // indirect dispatch: ceil(tile_pair_count / 64), 1, 1
+  uvec3 tile_pair_groups;   // indirect dispatch over tile_pair_count (kit/pair_dispatch.glsl)
   uvec4 draw;               // indirect draw: 6 * visible_count vertices, 1 instance
   uint screen_pair_demand;  // (screen tile, particle) pairs of the tiled backend
   uint screen_pair_count;
-  uvec3 screen_pair_groups;  // indirect dispatch: ceil(screen_pair_count / 64), 1, 1
+  uvec3 screen_pair_groups;  // indirect dispatch over screen_pair_count
   uint found_cell_count;     // cells that may get a weight
   uvec3 found_cell_groups;   // indirect dispatch: ceil(found_cell_count / 64), 1, 1
   uint rays_cut_short;       // threads of the tiled backend whose loops the driver ended

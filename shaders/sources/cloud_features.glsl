@@ -43,14 +43,14 @@ bool cell_of_slot(FeatureWindow all[kCloudLattices], uint slot, out uint lattice
 
 #ifndef WRITES_FEATURES
 #include "kit/texels.glsl"
-layout(set = 0, binding = 1) uniform usamplerBuffer features;  // PackedFeature
+TEXELS(1, features);  // PackedFeature
 
 #ifdef READS_NEAR
-layout(set = 0, binding = READS_NEAR) uniform usamplerBuffer features_near;  // by slots of near_windows
+WORDS(READS_NEAR, features_near);  // by slots of near_windows
 #endif
 
 PackedFeature feature_in(uint slot) {
-  const uvec4 texel = texelFetch(features, int(slot));
+  const uvec4 texel = texel_at(features, slot);
   return PackedFeature(uintBitsToFloat(texel.xy), texel.z, texel.w);
 }
 

@@ -10,7 +10,7 @@
 #include "tests/support/test_device.h"
 
 using namespace nephele;
-using nephele::test::test_device;
+using namespace nephele::test;
 
 TEST_CASE("buffers start as zeros and keep what is written") {
   Buffer buffer(test_device(), "buffer", 64);
@@ -72,37 +72,42 @@ TEST_CASE("steps run in order, direct and indirect, and are timed by name") {
   for (const PassTime& time : times) CHECK(time.gpu_ms >= 0.0);
 }
 
-TEST_CASE("records read as texels are what was written as structures") {
-  Device& device = test_device();
-  const ComputeKernel copy(device, shaders::test_texels_comp);
-  constexpr std::uint32_t kCount = 100;
-  std::mt19937 random(4);
-  struct Kind {
-    std::size_t words;
-    Access access;
-  };
-  const Kind kinds[] = {{sizeof(shared::Particle) / 4, Access::texels},
-                        {sizeof(shared::ParticleLight) / 4, Access::texels},
-                        {sizeof(shared::DrawParticle) / 4, Access::texels},
-                        {1, Access::words}};
-  std::vector<std::vector<std::uint32_t>> written;
-  std::vector<Buffer> from, to;
-  for (const Kind& kind : kinds) {
-    std::vector<std::uint32_t> words(kCount * kind.words);
-    for (std::uint32_t& word : words) word = 0x3f000000u + random() % 0x01000000u;  // any float's bits, or an integer's
-    written.push_back(words);
-    from.emplace_back(device, "from", words.size() * 4);
-    to.emplace_back(device, "to", words.size() * 4);
-    from.back().write_vector(words);
-  }
-  FrameBuilder frame(device);
-  ComputeStep step{.name = "copy", .kernel = &copy, .push = as_push(kCount), .groups = {(kCount + 63) / 64, 1, 1}};
-  for (std::uint32_t i = 0; i < 4; ++i) step.bindings.emplace_back(i, from[i], kinds[i].access);
-  for (std::uint32_t i = 0; i < 4; ++i) step.bindings.emplace_back(4 + i, to[i], Access::storage_write);
-  frame.compute(std::move(step));
-  FrameExecutor(device).run(frame);
-  for (std::size_t i = 0; i < 4; ++i) {
-    CAPTURE(i);
-    CHECK(to[i].read_vector<std::uint32_t>(written[i].size()) == written[i]);
+TEST_CASE("records read as texels are what was written as structures, with each tuning") {
+  for (const TestTuning tuning : kTestTunings) {
+    CAPTURE(test_tuning_name(tuning));
+    const WithTuning with(tuning);
+    Device& device = test_device();
+    const ComputeKernel copy(device, shaders::test_texels_comp);
+    constexpr std::uint32_t kCount = 100;
+    std::mt19937 random(4);
+    struct Kind {
+      std::size_t words;
+      Access access;
+    };
+    const Kind kinds[] = {{sizeof(shared::Particle) / 4, Access::texels},
+                          {sizeof(shared::ParticleLight) / 4, Access::texels},
+                          {sizeof(shared::DrawParticle) / 4, Access::texels},
+                          {1, Access::words}};
+    std::vector<std::vector<std::uint32_t>> written;
+    std::vector<Buffer> from, to;
+    for (const Kind& kind : kinds) {
+      std::vector<std::uint32_t> words(kCount * kind.words);
+      for (std::uint32_t& word : words)
+        word = 0x3f000000u + random() % 0x01000000u;  // any float's bits, or an integer's
+      written.push_back(words);
+      from.emplace_back(device, "from", words.size() * 4);
+      to.emplace_back(device, "to", words.size() * 4);
+      from.back().write_vector(words);
+    }
+    FrameBuilder frame(device);
+    ComputeStep step{.name = "copy", .kernel = &copy, .push = as_push(kCount), .groups = {(kCount + 63) / 64, 1, 1}};
+    for (std::uint32_t i = 0; i < 4; ++i) step.bindings.emplace_back(i, from[i], kinds[i].access);
+    for (std::uint32_t i = 0; i < 4; ++i) step.bindings.emplace_back(4 + i, to[i], Access::storage_write);
+    frame.compute(std::move(step));
+    FrameExecutor(device).run(frame);
+    for (std::size_t i = 0; i < 4; ++i) {
+      CAPTURE(i);
+      CHECK(to[i].read_vector<std::uint32_t>(written[i].size()) == written[i]);
+    }
   }
 }

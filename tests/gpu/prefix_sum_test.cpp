@@ -8,8 +8,7 @@
 #include "tests/support/test_device.h"
 
 using namespace nephele;
-using nephele::test::test_device;
-using nephele::test::test_kernels;
+using namespace nephele::test;
 
 namespace {
 
@@ -33,22 +32,27 @@ Scanned scan_on_device(PrefixSum& scan, const std::vector<std::uint32_t>& values
 
 }  // namespace
 
-TEST_CASE("prefix sum equals std::exclusive_scan at every level boundary") {
-  Workshop make(test_kernels());
-  PrefixSum scan(make, "test", 300000);
-  std::mt19937 random(7);
-  for (std::uint32_t n : {0u, 1u, 63u, 64u, 65u, 4095u, 4096u, 4097u, 262144u, 262145u, 300000u}) {
-    CAPTURE(n);
-    std::vector<std::uint32_t> values(n + 3);
-    for (auto& value : values) value = random() % 1000;
+TEST_CASE("prefix sum equals std::exclusive_scan at every level boundary, with each tuning") {
+  for (const TestTuning tuning : kTestTunings) {
+    CAPTURE(test_tuning_name(tuning));
+    const WithTuning with(tuning);
+    Workshop make(test_kernels());
+    PrefixSum scan(make, "test", 300000);
+    std::mt19937 random(7);
+    for (std::uint32_t n :
+         {0u, 1u, 63u, 64u, 65u, 255u, 256u, 257u, 4095u, 4096u, 4097u, 65536u, 65537u, 262144u, 262145u, 300000u}) {
+      CAPTURE(n);
+      std::vector<std::uint32_t> values(n + 3);
+      for (auto& value : values) value = random() % 1000;
 
-    std::vector<std::uint32_t> expected = values;  // beyond n nothing changes
-    std::exclusive_scan(values.begin(), values.begin() + n, expected.begin(), 0u);
-    const std::uint32_t total = std::accumulate(values.begin(), values.begin() + n, 0u);
+      std::vector<std::uint32_t> expected = values;  // beyond n nothing changes
+      std::exclusive_scan(values.begin(), values.begin() + n, expected.begin(), 0u);
+      const std::uint32_t total = std::accumulate(values.begin(), values.begin() + n, 0u);
 
-    const Scanned scanned = scan_on_device(scan, values, n);
-    CHECK(scanned.values == expected);
-    CHECK(scanned.total == std::vector<std::uint32_t>{kGuard, kGuard, total, kGuard});
+      const Scanned scanned = scan_on_device(scan, values, n);
+      CHECK(scanned.values == expected);
+      CHECK(scanned.total == std::vector<std::uint32_t>{kGuard, kGuard, total, kGuard});
+    }
   }
 }
 

@@ -9,8 +9,7 @@
 #include "tests/support/test_device.h"
 
 using namespace nephele;
-using nephele::test::test_device;
-using nephele::test::test_kernels;
+using namespace nephele::test;
 
 namespace {
 
@@ -61,25 +60,33 @@ Pairs random_pairs(std::uint32_t count, std::uint32_t key_mask, std::uint32_t se
 
 }  // namespace
 
-TEST_CASE("radix sort equals std::stable_sort, values and all") {
-  Workshop make(test_kernels());
-  RadixSort sort(make, "test", 100000);
-  for (std::uint32_t count : {0u, 1u, 2u, 63u, 64u, 65u, 511u, 512u, 513u, 4097u, 99999u, 100000u}) {
-    CAPTURE(count);
-    const Pairs pairs = random_pairs(count, 0xFFFFFFFFu, count);
-    const Pairs expected = sort_on_host(pairs, 32), sorted = sort_on_device(sort, pairs, count, 32);
-    CHECK(sorted.keys == expected.keys);
-    CHECK(sorted.values == expected.values);
+TEST_CASE("radix sort equals std::stable_sort, values and all, with each tuning") {
+  for (const TestTuning tuning : kTestTunings) {
+    CAPTURE(test_tuning_name(tuning));
+    const WithTuning with(tuning);
+    Workshop make(test_kernels());
+    RadixSort sort(make, "test", 100000);
+    for (std::uint32_t count : {0u, 1u, 2u, 63u, 64u, 65u, 511u, 512u, 513u, 4097u, 99999u, 100000u}) {
+      CAPTURE(count);
+      const Pairs pairs = random_pairs(count, 0xFFFFFFFFu, count);
+      const Pairs expected = sort_on_host(pairs, 32), sorted = sort_on_device(sort, pairs, count, 32);
+      CHECK(sorted.keys == expected.keys);
+      CHECK(sorted.values == expected.values);
+    }
   }
 }
 
-TEST_CASE("radix sort is stable: few and equal keys keep their order") {
-  Workshop make(test_kernels());
-  RadixSort sort(make, "test", 20000);
-  for (std::uint32_t mask : {0u, 1u, 0x80000000u, 0x01010101u}) {
-    CAPTURE(mask);
-    const Pairs pairs = random_pairs(20000, mask, 3);
-    CHECK(sort_on_device(sort, pairs, 20000, 32).values == sort_on_host(pairs, 32).values);
+TEST_CASE("radix sort is stable: few and equal keys keep their order, with each tuning") {
+  for (const TestTuning tuning : kTestTunings) {
+    CAPTURE(test_tuning_name(tuning));
+    const WithTuning with(tuning);
+    Workshop make(test_kernels());
+    RadixSort sort(make, "test", 20000);
+    for (std::uint32_t mask : {0u, 1u, 0x80000000u, 0x01010101u}) {
+      CAPTURE(mask);
+      const Pairs pairs = random_pairs(20000, mask, 3);
+      CHECK(sort_on_device(sort, pairs, 20000, 32).values == sort_on_host(pairs, 32).values);
+    }
   }
 }
 

@@ -89,11 +89,15 @@ std::vector<std::vector<std::uint32_t>> expected(const std::vector<Item>& items,
 
 }  // namespace
 
-TEST_CASE("tile lists hold every item of a tile in the order given") {
+TEST_CASE("tile lists hold every item of a tile in the order given, with each tuning") {
   const std::vector<Item> items = any_items(300, 1);
-  const Built built = build(items, 1u << 16);
-  CHECK(built.counters.pair_count == built.counters.demand);
-  CHECK(built.lists == expected(items, 1u << 16));
+  for (const TestTuning tuning : kTestTunings) {
+    CAPTURE(test_tuning_name(tuning));
+    const WithTuning with(tuning);
+    const Built built = build(items, 1u << 16);
+    CHECK(built.counters.pair_count == built.counters.demand);
+    CHECK(built.lists == expected(items, 1u << 16));
+  }
 }
 
 TEST_CASE("pairs without room are counted; those of the last items are left out, wherever the room ends") {
@@ -116,6 +120,16 @@ TEST_CASE("an item may cover every tile of a large image") {
   const Built built = build(items, 3 * kAll, kWide, kHigh);
   CHECK(built.counters.pair_count == built.counters.demand);
   CHECK(built.lists == expected(items, 3 * kAll, kWide, kHigh));
+}
+
+// 65 items on each of 65 536 tiles are 66 561 groups of 64 pairs; Vulkan guarantees 65 535 in a row.
+TEST_CASE("more pairs than a row of groups holds all get their tiles") {
+  constexpr std::uint32_t kSide = 256, kItems = 65, kPairs = kItems * kSide * kSide;
+  const std::vector<Item> items(kItems, Item{{0, 0}, {kSide, kSide}});
+  const Built built = build(items, kPairs, kSide, kSide);
+  CHECK(built.counters.pair_count == kPairs);
+  CHECK(built.counters.pair_groups == glm::uvec3(65535, 2, 1));
+  CHECK(built.lists == expected(items, kPairs, kSide, kSide));
 }
 
 // Lavapipe drops writes past a buffer's end, so this one goes on behind the room that the shader is told of.

@@ -1,9 +1,12 @@
 // What a table look-up costs, one ray a thread, for the study in tests/study/paper_tables_test.cpp.
-// variants: - packed=PACKED_TABLE
+// variants: - packed=PACKED_TABLE=2
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
+#ifdef PACKED_TABLE
+#include "layer/packed_table_fetch.glsl"
+#endif
 #include "layer/table_fetch.glsl"
 #include "paper_tables.glsl"
 
@@ -22,9 +25,7 @@ struct Query {
 
 layout(scalar, set = 0, binding = 0) readonly buffer Queries { Query queries[]; };
 layout(scalar, set = 0, binding = 1) writeonly buffer Answers { vec3 answers[]; };  // mean density, single, multiple
-#ifdef PACKED_TABLE
-layout(set = 0, binding = 2) uniform usamplerBuffer optical_depth_table;
-#else
+#ifndef PACKED_TABLE
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 #endif
 layout(set = 0, binding = 3) uniform sampler3D single_table;
@@ -53,8 +54,10 @@ void main() {
     vec4 at = paper_chord_axes(q.entry, q.exit);
     answer.x = fetch_paper(optical_depth_table, at, push.optical_depth_size).x;
   }
-#endif
   if (kWhat == 2u || kWhat == 4u) answer.x = fetch_optical_depth(optical_depth_table, q.entry, q.exit).x;
+#else
+  if (kWhat == 2u || kWhat == 4u) answer.x = fetch_packed_optical_depth(q.entry, q.exit).x;
+#endif
   if (kWhat == 1u || kWhat == 5u) {
     // Both tables are read at the same angles; single scattering in a sphere as dense as the chord.
     vec4 at = paper_scattering_axes(c, h, mu, q.sigma);

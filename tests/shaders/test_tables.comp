@@ -3,6 +3,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
+#define PACKED_TABLE 4
+#include "layer/packed_table_fetch.glsl"
 #include "layer/table_fetch.glsl"
 #include "shared/reference_particle.h"
 
@@ -31,7 +33,6 @@ layout(scalar, set = 0, binding = 0) readonly buffer Queries { TableQuery querie
 layout(scalar, set = 0, binding = 1) writeonly buffer Answers { TableAnswer answers[]; };
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 layout(set = 0, binding = 3) uniform sampler3D multiple_scattering_table;
-layout(set = 0, binding = 4) uniform usamplerBuffer packed_optical_depth_table;
 
 layout(push_constant, scalar) uniform Push { uint count; }
 push;
@@ -50,7 +51,7 @@ void main() {
 
   TableAnswer a;
   a.optical_depth = fetch_optical_depth(optical_depth_table, q.entry, q.exit);
-  a.packed_optical_depth = fetch_optical_depth(packed_optical_depth_table, q.entry, q.exit);
+  a.packed_optical_depth = fetch_packed_optical_depth(q.entry, q.exit);
   a.single = single_scattering(c, h, mu, q.sigma);
   a.multiple = fetch_multiple(multiple_scattering_table, c, h, mu, q.sigma, q.g);
   a.phase = phase_henyey_greenstein(mu, q.g);

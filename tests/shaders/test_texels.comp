@@ -5,10 +5,10 @@
 #include "kit/texels.glsl"
 
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) uniform usamplerBuffer particles;
-layout(set = 0, binding = 1) uniform usamplerBuffer lights;
-layout(set = 0, binding = 2) uniform usamplerBuffer draw_particles;
-layout(set = 0, binding = 3) uniform usamplerBuffer words;
+PARTICLES(0, particles);
+PARTICLE_LIGHTS(1, lights);
+DRAW_PARTICLES(2, draw_particles);
+WORDS(3, words);
 layout(scalar, set = 0, binding = 4) writeonly buffer ParticlesOut { Particle particles_out[]; };
 layout(scalar, set = 0, binding = 5) writeonly buffer LightsOut { ParticleLight lights_out[]; };
 layout(scalar, set = 0, binding = 6) writeonly buffer DrawParticlesOut { DrawParticle draw_particles_out[]; };

@@ -1,5 +1,7 @@
 #include "tests/support/test_tables.h"
 
+#include <map>
+
 #include "engine/check.h"
 #include "tests/support/test_device.h"
 
@@ -15,12 +17,13 @@ const Tables& test_tables() {
 }
 
 Sky& test_sky() {
-  static std::unique_ptr<Sky> sky;
+  static std::map<Device*, std::unique_ptr<Sky>> skies;
+  std::unique_ptr<Sky>& sky = skies[&test_device()];
   if (!sky) {
+    if (skies.size() == 1) release_before_device([] { skies.clear(); });
     auto made = Sky::create(test_device(), test_tables());
     NEPHELE_CHECK(made, made ? "" : made.error().message);
     sky = std::move(*made);
-    release_before_device([] { sky.reset(); });
   }
   return *sky;
 }
