@@ -178,6 +178,10 @@ void JsonObject::string(const char* key, std::string& value) {
     complain(*found, path_of(key), "a text that is not empty");
 }
 
+void JsonObject::refuse(const char* key, const std::string& accepted) {
+  if (const json* found = take(key)) complain(*found, path_of(key), accepted);
+}
+
 void JsonObject::finish() {
   if (reader_.error()) return;
   for (const auto& [key, value] : value_.items()) {

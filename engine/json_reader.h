@@ -106,6 +106,8 @@ class JsonObject {
     for (std::size_t i = 0; i < found->size(); ++i)
       read_object((*found)[i], path_of(key) + '[' + std::to_string(i) + ']', read);
   }
+  // Complains about the value at a key that was read well but does not fit the rest.
+  void refuse(const char* key, const std::string& accepted);
   // The value as it stands, to be read by the caller; null when absent.
   const nlohmann::json* value(const char* key) { return take(key); }
   // Unknown keys are errors. Call once, after everything has been read.

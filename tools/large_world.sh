@@ -18,17 +18,17 @@ fi
 # rows SERIES AXIS: a table of the variants of a series.
 rows() {
   echo
-  echo "| $3 | particles | grid_cells | particles | light_tiles, occlusion | view_sort | shade_blend | frame, ms |"
-  echo "|---|---|---|---|---|---|---|---|"
+  echo "| $3 | particles | field | light_tiles, occlusion | view_sort | shade_blend | frame, ms |"
+  echo "|---|---|---|---|---|---|---|"
   jq -r --arg series "$1" --arg axis "$2" '
     def ms($names): [.passes[] | select(.name | IN($names[])) | .ms] | add // 0 | . * 10 | round / 10;
     .variants[] | select(.series == $series) |
-    "| \(.axes[$axis] // .settings.quality // "medium") | \(.particles_generated) | \(ms(["grid_cells"])) | \(ms(["particles"])) | " +
+    "| \(.axes[$axis] // .settings.quality // "medium") | \(.particles_generated) | \(ms(["field"])) | " +
     "\(ms(["light_tiles", "occlusion"])) | \(ms(["view_sort"])) | \(ms(["shade_blend"])) | \(.frame_ms.median | . * 10 | round / 10) |"' \
     "$results/results.json"
 }
 share=$(jq -r '.variants[] | select(.series == "medium") |
-  (.passes | map(select(.name | IN("grid_cells", "particles", "light_tiles", "occlusion", "view_sort")) | .ms) | add) / .frame_ms.median * 100 | round' \
+  (.passes | map(select(.name | IN("field", "light_tiles", "occlusion", "view_sort")) | .ms) | add) / .frame_ms.median * 100 | round' \
   "$results/results.json")
 cp "$results/cost_distance.svg" docs/pictures/cost_distance.svg
 {
@@ -105,7 +105,7 @@ What a frame looks at, with 104 cells along a ring:
 | 320 | 7 | 171 000 | 2 560 000 | 49 % |
 
 Places grow with the logarithm of the distance. Cloud centres, evaluated once each before the cells look them up, grow with its square: that
-is why grid_cells costs more at the far end than the number of rings says. (Their share of grid_cells is from the shared code as C++, one
+is why the field costs more at the far end than the number of rings says. (Their share of finding cells is from the shared code as C++, one
 run on one core.) At 200 km they are a third of it; to ask for them anew wherever a cell of the last ring looks would spare a tenth of them.
 
 DOC
