@@ -87,6 +87,15 @@ class JsonObject {
     if (reader_.listing_) return note(key, words_for(accepted), number_text<Real>(value / unit));
     if (const nlohmann::json* found = take(key)) read_number(*found, path_of(key), value, accepted, unit);
   }
+  // A number that may be absent: its default is none.
+  template <class Real>
+  void number(const char* key, std::optional<Real>& value, Range accepted, double unit = 1.0) {
+    if (reader_.listing_) return note(key, words_for(accepted), "none");
+    if (has(key))
+      number(key, value.emplace(), accepted, unit);
+    else
+      known_.emplace_back(key);
+  }
   // Exactly N numbers; one range for all of them, or one each.
   template <glm::length_t N, class Real>
   void vector(const char* key, glm::vec<N, Real>& value, std::initializer_list<Range> accepted) {

@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 
 #include "engine/check.h"
 #include "engine/image_io.h"
 #include "engine/json_reader.h"
+#include "engine/particle_set.h"
 
 namespace nephele {
 namespace {
@@ -14,6 +16,15 @@ constexpr Range kAngleDeg{-3600, 3600};
 constexpr Range kHorizontalM{-1e9, 1e9};
 constexpr Range kLight{0, 1e6};
 constexpr Range kFraction{0, 1};
+constexpr Range kAltitudeM{-1e6, 1e6};
+constexpr Range kWind{-500, 500};
+
+// A file that the scene names, read once the rest of the scene is found good.
+struct NamedFile {
+  std::string key, name;
+  std::function<Result<void>(const std::string& path)> load;
+};
+using NamedFiles = std::vector<NamedFile>;
 
 // Straight ahead lies the place, as if the ground were flat.
 void turn_towards(JsonObject& json, CameraState& camera, const glm::dvec3& place_m) {
@@ -45,10 +56,16 @@ void read_sun(JsonObject& json, SunSettings& sun) {
 
 constexpr Range kMapExtentM{1, 4e7};
 
-// Where the map lies; its texels are read once the rest of the scene is found good.
-void read_weather_map(JsonObject& json, WeatherMap& map, std::string& file) {
+Result<void> load_texels(WeatherMap& map, const std::string& path);
+
+// field: finds the cloud field whose map it is, once the scene has been read.
+void read_weather_map(JsonObject& json, WeatherMap& map, NamedFiles& files,
+                      const std::function<CloudSettings&()>& field) {
   for (const char* key : {"file", "origin_m", "extent_m"}) json.require(key);
+  std::string file;
   json.string("file", file);
+  files.push_back({json.path_of("file"), file,
+                   [field](const std::string& path) { return load_texels(*field().weather_map, path); }});
   json.vector("origin_m", map.origin_m, {kHorizontalM});
   json.vector("extent_m", map.extent_m, {kMapExtentM});
 }
@@ -66,17 +83,18 @@ Result<void> load_texels(WeatherMap& map, const std::string& path) {
   return {};
 }
 
-void read_clouds(JsonObject& json, CloudSettings& clouds, std::string& weather_file) {
+void read_clouds(JsonObject& json, CloudSettings& clouds, NamedFiles& files,
+                 const std::function<CloudSettings&()>& field) {
   json.integer("seed", clouds.seed);
   json.number("coverage", clouds.coverage, kFraction);
   json.number("base_m", clouds.base_m, {0, 20000});
   json.number("thickness_m", clouds.thickness_m, {1, 20000});
   json.number("extinction_per_m", clouds.extinction_per_m, {0, 1000});
   json.number("growth_period_s", clouds.growth_period_s, {0, 1e6});
-  json.vector("wind_m_per_s", clouds.wind_m_per_s, {{-500, 500}});
+  json.vector("wind_m_per_s", clouds.wind_m_per_s, {kWind});
   json.number("view_distance_m", clouds.view_distance_m, {1, 500000});
   json.object("weather_map",
-              [&](JsonObject& child) { read_weather_map(child, clouds.weather_map.emplace(), weather_file); });
+              [&](JsonObject& child) { read_weather_map(child, clouds.weather_map.emplace(), files, field); });
 }
 
 void read_phase(JsonObject& json, PhaseSettings& phase) {
@@ -86,7 +104,7 @@ void read_phase(JsonObject& json, PhaseSettings& phase) {
 }
 
 void read_particle(JsonObject& json, ListedParticle& particle) {
-  json.vector("center_m", particle.center_m, {kHorizontalM, kHorizontalM, Range{-1e6, 1e6}});
+  json.vector("center_m", particle.center_m, {kHorizontalM, kHorizontalM, kAltitudeM});
   json.vector("radius_m", particle.radius_m, {{0.01, 1e5}});
   json.number("yaw_deg", particle.yaw_rad, kAngleDeg, kRadiansPerDegree);
   json.number("density", particle.density, {0, 1000});
@@ -94,9 +112,69 @@ void read_particle(JsonObject& json, ListedParticle& particle) {
   json.choice("shape", particle.shape,
               {{"reference", ParticleShape::reference}, {"homogeneous", ParticleShape::homogeneous}});
   json.vector("radiance", particle.radiance, {kLight});
+  json.number("base_m", particle.base_m, kAltitudeM);
+  json.number("top_m", particle.top_m, kAltitudeM);
+  if (particle.base_m && particle.top_m && *particle.top_m < *particle.base_m)
+    json.fail("top_m", "lies below base_m; accepted: base_m or more");
+  json.vector("orientation", particle.orientation, {{-1, 1}});
+  if (!particle.orientation) return;
+  if (std::abs(glm::length(*particle.orientation) - 1.0f) > 1e-3f)
+    json.fail("orientation", "is no rotation; accepted: a unit quaternion x, y, z, w");
+  particle.orientation = glm::normalize(*particle.orientation);
 }
 
-void read_scene(JsonObject& json, Scene& scene, std::string& weather_file) {
+// What places a source; the keys of Placement.
+void read_placement(JsonObject& json, Placement& placement) {
+  json.vector("at_m", placement.at_m, {kHorizontalM, kHorizontalM, kAltitudeM});
+  json.number("heading_deg", placement.heading_rad, kAngleDeg, kRadiansPerDegree);
+  json.number("scale", placement.scale, {1e-3, 1e3});
+  json.boolean("drifts", placement.drifts);
+  json.vector("wind_m_per_s", placement.wind_m_per_s, {kWind});
+}
+
+void read_set(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles& files) {
+  ParticleGroup group;
+  group.name = "set";
+  group.placement.drifts = true;
+  std::string file;
+  json.require("file");
+  json.string("file", file);
+  const std::size_t index = sources.size();
+  files.push_back({json.path_of("file"), file, [&sources, index](const std::string& path) -> Result<void> {
+                     const Result<ParticleSet> set = load_particle_set(path);
+                     if (!set) return set.error();
+                     Result<std::vector<ListedParticle>> listed = listed_particles(*set);
+                     if (!listed) return Error{path + ": " + listed.error().message};
+                     std::get<ParticleGroup>(sources[index]).particles = std::move(*listed);
+                     return {};
+                   }});
+  read_placement(json, group.placement);
+  sources.emplace_back(std::move(group));
+}
+
+void read_group(JsonObject& json, std::vector<SceneSource>& sources) {
+  ParticleGroup group;
+  json.require("particles");
+  json.objects("particles", kMaxListedParticles,
+               [&](JsonObject& child) { read_particle(child, group.particles.emplace_back()); });
+  read_placement(json, group.placement);
+  sources.emplace_back(std::move(group));
+}
+
+void read_field(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles& files) {
+  const std::size_t index = sources.size();
+  CloudSettings& field = std::get<CloudSettings>(sources.emplace_back(CloudSettings{}));
+  read_clouds(json, field, files,
+              [&sources, index]() -> CloudSettings& { return std::get<CloudSettings>(sources[index]); });
+}
+
+void read_source(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles& files) {
+  json.kind("kind", {{"set", [&](JsonObject& set) { read_set(set, sources, files); }},
+                     {"field", [&](JsonObject& field) { read_field(field, sources, files); }},
+                     {"particles", [&](JsonObject& group) { read_group(group, sources); }}});
+}
+
+void read_scene(JsonObject& json, Scene& scene, NamedFiles& files) {
   json.vector("world_origin_m", scene.world_origin_m, {kHorizontalM});
   json.object("camera", [&](JsonObject& child) { read_camera(child, scene.camera); });
   json.object("sun", [&](JsonObject& child) { read_sun(child, scene.sun); });
@@ -106,11 +184,14 @@ void read_scene(JsonObject& json, Scene& scene, std::string& weather_file) {
     child.vector("albedo", scene.ground.albedo, {kFraction});
   });
   json.number("exposure_ev", scene.exposure_ev, {-32, 32});
-  if (json.has("particles") && !json.has("clouds")) scene.clouds.reset();
-  json.object("clouds", [&](JsonObject& child) { read_clouds(child, *scene.clouds, weather_file); });
+  if ((json.has("particles") || json.has("sources")) && !json.has("clouds")) scene.clouds.reset();
+  json.object("clouds", [&](JsonObject& child) {
+    read_clouds(child, *scene.clouds, files, [&scene]() -> CloudSettings& { return *scene.clouds; });
+  });
   json.object("phase", [&](JsonObject& child) { read_phase(child, scene.phase); });
   json.objects("particles", kMaxListedParticles,
                [&](JsonObject& child) { read_particle(child, scene.particles.emplace_back()); });
+  json.objects("sources", kMaxSources, [&](JsonObject& child) { read_source(child, scene.sources, files); });
 }
 
 }  // namespace
@@ -122,22 +203,21 @@ Result<Scene> parse_scene(std::string_view json_text, const std::string& name_fo
   JsonReader reader(name_for_errors);
   JsonObject root = reader.root(*document);
   Scene scene;
-  std::string weather_file;
-  read_scene(root, scene, weather_file);
+  NamedFiles files;
+  read_scene(root, scene, files);
   root.finish();
   if (reader.error()) return *reader.error();
-  if (scene.clouds && scene.clouds->weather_map)
-    if (auto ok = load_texels(*scene.clouds->weather_map, (std::filesystem::path(directory) / weather_file).string());
-        !ok)
-      return Error{concat(name_for_errors, ": clouds.weather_map.file: ", ok.error().message)};
+  for (const NamedFile& file : files)
+    if (auto ok = file.load((std::filesystem::path(directory) / file.name).string()); !ok)
+      return Error{concat(name_for_errors, ": ", file.key, ": ", ok.error().message)};
   return scene;
 }
 
 std::vector<JsonKey> scene_keys() {
   return JsonReader::keys_of([](JsonObject& root) {
     Scene scene;
-    std::string weather_file;
-    read_scene(root, scene, weather_file);
+    NamedFiles files;
+    read_scene(root, scene, files);
   });
 }
 
@@ -145,6 +225,14 @@ Result<Scene> load_scene(const std::string& path) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.error();
   return parse_scene(*text, path, std::filesystem::path(path).parent_path().string());
+}
+
+std::vector<const CloudSettings*> cloud_fields(const Scene& scene) {
+  std::vector<const CloudSettings*> fields;
+  if (scene.clouds) fields.push_back(&*scene.clouds);
+  for (const SceneSource& source : scene.sources)
+    if (const auto* field = std::get_if<CloudSettings>(&source)) fields.push_back(field);
+  return fields;
 }
 
 Result<void> check_weather_map(const WeatherMap& map) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "engine/result.h"
@@ -83,9 +84,32 @@ struct ListedParticle {
   float extinction_per_m = 0.05f;
   ParticleShape shape = ParticleShape::reference;
   std::optional<glm::vec3> radiance;  // the source radiance itself, unlit
+  std::optional<float> base_m;        // altitude of the cloud's flat base, which cuts the particle; none: no base
+  std::optional<float> top_m;         // altitude of the cloud's top above it, for sky light; none: the particle's own
+  std::optional<glm::vec4> orientation;  // of the reference particle inside: unit quaternion x, y, z, w; none: upright
 };
 
 inline constexpr std::size_t kMaxListedParticles = 262144;
+
+// Where a group of particles stands: what lies at p in the group's own frame is found at
+// at_m + R(heading) * scale * p in the world.
+struct Placement {
+  glm::dvec3 at_m{0.0};
+  double heading_rad = 0.0;  // clockwise from north, seen from above; particles turn along
+  double scale = 1.0;        // of places and sizes; extinction is divided by it, so that optical depths stay
+  bool drifts = false;       // with the wind from time 0 on
+  std::optional<glm::dvec2> wind_m_per_s;  // none: that of the scene's first cloud field, or calm
+};
+
+struct ParticleGroup {
+  std::string name = "particles";  // its kind: what rows of timings begin with
+  std::vector<ListedParticle> particles;
+  Placement placement;
+};
+
+// One of many sources of clouds.
+using SceneSource = std::variant<CloudSettings, ParticleGroup>;
+inline constexpr std::size_t kMaxSources = 64;
 
 struct Scene {
   // The patterns of clouds and ground are counted from here: shifted together with camera and particles, it leaves the
@@ -99,15 +123,24 @@ struct Scene {
   std::optional<CloudSettings> clouds = CloudSettings{};  // none: only the listed particles
   PhaseSettings phase;
   std::vector<ListedParticle> particles;
+  std::vector<SceneSource> sources;  // further ones, after `particles` and `clouds`
 };
 
+// All cloud fields in the order of their particles: `clouds`, then those among `sources`.
+std::vector<const CloudSettings*> cloud_fields(const Scene& scene);
+
 // Every key is optional and defaults to the value above. A file without "clouds" has the default clouds, unless it
-// lists "particles" (even none of them): then it has no others. Unknown or repeated keys, wrong types and values
-// out of range are errors naming the file, the key's path, the value and what is accepted.
+// lists "particles" or "sources" (even none of them): then it has no others. Unknown or repeated keys, wrong types and
+// values out of range are errors naming the file, the key's path, the value and what is accepted.
 //
 // "clouds"."weather_map" is {"file": PNG, "origin_m": [x, y], "extent_m": [x, y]}, all three required, the file's path
 // relative to the scene file's directory. Red is coverage, green type, each as value / 255 with no colour management;
 // a grey image is coverage alone, with type 255.
+//
+// A member of "sources" has a "kind": "field" with the keys of "clouds"; "particles" with its own list of "particles";
+// "set" with the "file" of a particle set (engine/particle_set.h), its path relative as above. The latter two also have
+// the keys of Placement: "at_m", "heading_deg", "scale", "drifts" (default true for a set, false for particles) and
+// "wind_m_per_s".
 Result<Scene> load_scene(const std::string& path);
 Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors,
                           const std::string& directory = ".");

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "lut/npy.h"
+#include "engine/npy.h"
 #include "shared/reference_particle.h"
 
 namespace nephele {

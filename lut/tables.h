@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/npy.h"
 #include "engine/result.h"
-#include "lut/npy.h"
 
 namespace nephele {
 

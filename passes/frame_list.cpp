@@ -7,7 +7,7 @@
 #include "passes/light/cloud_shadow.h"
 #include "passes/light/light_tiles.h"
 #include "passes/light/occlusion.h"
-#include "passes/sources/cell_source.h"
+#include "passes/sources/cloud_particles.h"
 
 namespace nephele {
 namespace {
@@ -29,10 +29,9 @@ bool by_nearest_point(const RenderSettings& settings) {
 }  // namespace
 
 struct FramePasses::Clouds {
-  Clouds(Workshop& make, const GpuTables& tables, const Scene& scene, const RenderSettings& settings,
-         const FrameConstants& constants)
-      : particles(make, constants, scene.particles, 0,
-                  scene.clouds && scene.clouds->weather_map ? &*scene.clouds->weather_map : nullptr),
+  Clouds(Workshop& make, const GpuTables& tables, std::vector<std::unique_ptr<CloudSource>> sources,
+         const RenderSettings& settings)
+      : particles(make, std::move(sources)),
         light_tiles(make, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
         occlusion(make, particles.capacity()),
         sort(make, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
@@ -40,7 +39,9 @@ struct FramePasses::Clouds {
         layer(make, tables, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend,
               settings.blend, particles.capacity(), settings.method == Method::raymarch ? settings.march_steps : 0),
         counters_back{&make.buffer("counters_back_0", sizeof(FrameCounters), Buffer::Memory::readback),
-                      &make.buffer("counters_back_1", sizeof(FrameCounters), Buffer::Memory::readback)} {}
+                      &make.buffer("counters_back_1", sizeof(FrameCounters), Buffer::Memory::readback)},
+        records_back{&make.buffer("source_records_back_0", particles.records_bytes(), Buffer::Memory::readback),
+                     &make.buffer("source_records_back_1", particles.records_bytes(), Buffer::Memory::readback)} {}
 
   CloudParticles particles;
   LightTiles light_tiles;
@@ -48,12 +49,12 @@ struct FramePasses::Clouds {
   ViewSort sort;
   CloudShadow shadow;
   CloudLayer layer;
-  std::array<const Buffer*, kFramesInFlight> counters_back;  // by slot
-  const Buffer* all_particles = nullptr;                     // of the last frame
+  std::array<const Buffer*, kFramesInFlight> counters_back, records_back;  // by slot
+  const Buffer* all_particles = nullptr;                                   // of the last frame
 };
 
 FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const DetailNoise& noise, const Scene& scene,
-                         const RenderSettings& settings, const FrameConstants& constants)
+                         const RenderSettings& settings)
     : tables_(tables),
       noise_(noise),
       constants_(make.buffer("frame_constants", sizeof(FrameConstants))),
@@ -62,14 +63,14 @@ FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const DetailNo
       hdr_(make.image("hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height})),
       display_(make.image("display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height})),
       no_host_(make.image("no_host", {VK_FORMAT_R32_SFLOAT})) {
-  if (constants.clouds_enabled || !scene.particles.empty())
-    clouds_ = std::make_unique<Clouds>(make, tables_, scene, settings, constants);
+  std::vector<std::unique_ptr<CloudSource>> sources = make_sources(make, scene, settings);
+  if (!sources.empty()) clouds_ = std::make_unique<Clouds>(make, tables_, std::move(sources), settings);
 }
 
 FramePasses::~FramePasses() = default;
 
-void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m,
-                      const HostScene& host, const shared::WeatherPlacement& weather, std::uint32_t slot) {
+void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const FrameView& view,
+                      const HostScene& host, std::uint32_t slot) {
   frame.update("frame_constants", constants_, as_push(constants));
   CompositeInputs composite{.frame_constants = &constants_,
                             .host_distance = host.distance_m ? host.distance_m : &no_host_,
@@ -79,22 +80,23 @@ void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, cons
         &atmosphere_.add(frame, constants, constants_,
                          {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
                           .aerial_perspective = clouds_ != nullptr || constants.host_scene});
-  if (clouds_) add_clouds(frame, constants, camera_world_m, weather, composite, slot);
-  composite_.add(frame, composite, camera_world_m, hdr_, display_);
+  if (clouds_) add_clouds(frame, constants, view, composite, slot);
+  composite_.add(frame, composite, view.camera_m, hdr_, display_);
 }
 
-void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constants, const glm::dvec3& camera_world_m,
-                             const shared::WeatherPlacement& weather, CompositeInputs& composite, std::uint32_t slot) {
+void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constants, const FrameView& view,
+                             CompositeInputs& composite, std::uint32_t slot) {
   Clouds& c = *clouds_;
   const Image* transmittance = constants.atmosphere_enabled ? &atmosphere_.tables().transmittance : nullptr;
-  const CloudParticles::Outputs particles = c.particles.add(frame, constants, constants_, camera_world_m, weather);
+  const CloudParticles::Outputs particles = c.particles.add(frame, constants_, view);
   c.all_particles = &particles.particles;
   const LightTileLists tiles = c.light_tiles.add(frame, constants_, particles.particles, particles.counters);
   const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters,
                                          tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
-  c.layer.add(frame, {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
-                      atmosphere_.tables().sky_irradiance, noise_.image(), *composite.host_distance});
+  c.layer.add(frame,
+              {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
+               particles.records, atmosphere_.tables().sky_irradiance, noise_.image(), *composite.host_distance});
   composite.layer_color = &c.layer.layer_color();
   composite.layer_depth = &c.layer.layer_depth();
   if (constants.scale > 1) {
@@ -105,10 +107,20 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
     composite.cloud_shadow = &c.shadow.add(frame, constants_, tiles);
   frame.read_back("read_counters", particles.counters, *c.counters_back[slot], sizeof(FrameCounters));
+  frame.read_back("read_counters", particles.records, *c.records_back[slot], c.particles.records_bytes());
+}
+
+InputBytes FramePasses::cloud_inputs(const FrameView& view) const {
+  return clouds_ ? clouds_->particles.inputs(view) : InputBytes();
+}
+
+CloudExtent FramePasses::cloud_extent() const {
+  return clouds_ ? clouds_->particles.extent() : CloudExtent{kNoTopM, -kNoTopM, 0.0f};
 }
 
 void FramePasses::count(FrameStats& stats, std::uint32_t slot) const {
   stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}, {"screen_pairs", 0}, {"rays", 0}};
+  stats.sources.clear();
   if (!clouds_) return;
   const FrameCounters& counters = *static_cast<const FrameCounters*>(clouds_->counters_back[slot]->mapped());
   stats.particles_generated = counters.particle_count;
@@ -119,6 +131,11 @@ void FramePasses::count(FrameStats& stats, std::uint32_t slot) const {
   stats.overflow["screen_pairs"] = counters.screen_pair_demand - counters.screen_pair_count;
   stats.overflow["rays"] = counters.rays_cut_short;
   stats.pairs_shaded = counters.pairs_shaded;
+  const auto* record = static_cast<const shared::SourceRecord*>(clouds_->records_back[slot]->mapped());
+  for (const auto& source : clouds_->particles.sources()) {
+    stats.sources.push_back({source->name(), record->count, record->demand - record->count});
+    ++record;
+  }
 }
 
 std::vector<shared::Particle> FramePasses::read_particles(std::uint32_t slot) const {

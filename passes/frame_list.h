@@ -10,8 +10,8 @@
 #include "passes/nephele.h"
 #include "passes/sky/atmosphere.h"
 #include "passes/sky/composite.h"
+#include "passes/sources/cloud_source.h"
 #include "shared/types.h"
-#include "shared/weather.h"
 
 namespace nephele {
 
@@ -19,13 +19,19 @@ class FramePasses {
  public:
   // The tables and the noise must outlive it.
   FramePasses(Workshop& make, const GpuTables& tables, const DetailNoise& noise, const Scene& scene,
-              const RenderSettings& settings, const shared::FrameConstants& constants);
+              const RenderSettings& settings);
   ~FramePasses();
 
   // Appends all steps that this frame's scene needs and no earlier frame has done alike. host: empty unless
-  // constants.host_scene; weather: of the scene's map. slot: of the read-back buffers, below kFramesInFlight.
-  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m,
-           const HostScene& host, const shared::WeatherPlacement& weather, std::uint32_t slot);
+  // constants.host_scene. slot: of the read-back buffers, below kFramesInFlight.
+  void add(FrameBuilder& frame, const shared::FrameConstants& constants, const FrameView& view, const HostScene& host,
+           std::uint32_t slot);
+
+  // What the frame's clouds depend on besides the scene: equal bytes, equal clouds.
+  InputBytes cloud_inputs(const FrameView& view) const;
+
+  // Of all clouds of the scene.
+  CloudExtent cloud_extent() const;
 
   // Counts of the last frame that was added with this slot, once it has run.
   void count(FrameStats& stats, std::uint32_t slot) const;
@@ -37,8 +43,8 @@ class FramePasses {
 
  private:
   struct Clouds;  // everything that only a scene with clouds needs
-  void add_clouds(FrameBuilder& frame, const shared::FrameConstants& constants, const glm::dvec3& camera_world_m,
-                  const shared::WeatherPlacement& weather, CompositeInputs& composite, std::uint32_t slot);
+  void add_clouds(FrameBuilder& frame, const shared::FrameConstants& constants, const FrameView& view,
+                  CompositeInputs& composite, std::uint32_t slot);
 
   const GpuTables& tables_;
   const DetailNoise& noise_;

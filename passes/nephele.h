@@ -75,9 +75,16 @@ struct HostScene {
   const Image* distance_m = nullptr;  // R32F: from the camera along the pixel's ray; +inf where nothing is drawn
 };
 
+struct SourceStats {
+  std::string name;  // of its row in the times
+  std::uint32_t particles_generated = 0;
+  std::uint64_t overflow = 0;  // particles that found no room
+};
+
 struct FrameStats {
   std::uint32_t particles_generated = 0;
   std::uint32_t particles_visible = 0;
+  std::vector<SourceStats> sources;               // in the order of their particles
   std::map<std::string, std::uint64_t> overflow;  // buffer -> items that found no room; all 0 in a good frame
   std::vector<PassTime> passes;                   // GPU time by pass, in frame order; none when nothing had changed
   double frame_ms = 0;                            // wall time of the whole frame, recording included; 0 from collect()

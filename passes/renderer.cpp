@@ -11,7 +11,6 @@
 #include "passes/nephele.h"
 #include "shared/light.h"
 #include "shared/phase.h"
-#include "shared/ring_grid.h"
 #include "shared/world.h"
 
 namespace nephele {
@@ -19,26 +18,7 @@ namespace {
 
 using shared::FrameConstants;
 
-constexpr double kInnerCellM = 184.0;              // of the published sample
 constexpr float kSunAngularRadiusRad = 0.004654f;  // 0.267 degrees
-
-struct Preset {
-  std::uint32_t ring_size_cells, layer_count;
-  float crown_per_cell;
-};
-
-// [Yusov14] Table 1. Its 2, 4 and 6 layers stand on a base particle here, so that caps can close over flat bases.
-Preset preset(Quality quality) {
-  switch (quality) {
-    case Quality::low:
-      return {104, 3, 1.2f};
-    case Quality::medium:
-      return {136, 5, 2.5f};
-    case Quality::high:
-      return {184, 7, 2.5f};
-  }
-  return {};
-}
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -48,38 +28,15 @@ glm::dvec3 from_origin(const Scene& scene, const glm::dvec3& world_m) {
   return world_m - glm::dvec3(scene.world_origin_m, 0.0);
 }
 
-Scene counted_from_origin(Scene scene) {
-  for (ListedParticle& particle : scene.particles) particle.center_m = from_origin(scene, particle.center_m);
-  return scene;
+// How far clouds are drawn: that of the field that reaches farthest, else a field's default.
+float view_distance_m(const Scene& scene) {
+  const std::vector<const CloudSettings*> fields = cloud_fields(scene);
+  float farthest_m = fields.empty() ? CloudSettings{}.view_distance_m : 0.0f;
+  for (const CloudSettings* field : fields) farthest_m = std::max(farthest_m, field->view_distance_m);
+  return farthest_m;
 }
 
-// As few rings as reach the view distance: their number, and with it the cost, grows with its logarithm.
-std::uint32_t ring_count_for(const FrameConstants& constants) {
-  std::uint32_t count = 1;
-  while (count < shared::kMaxRings && shared::ring_reach_m(constants, count - 1) < constants.view_distance_m) ++count;
-  return count;
-}
-
-// Double precision until only the fraction of a turn is left: a cycle is as smooth after a year.
-float growth_turns(const Scene& scene, double time_s) {
-  if (!scene.clouds || scene.clouds->growth_period_s <= 0.0) return -1.0f;
-  const double turns = time_s / scene.clouds->growth_period_s;
-  return std::min(static_cast<float>(turns - std::floor(turns)), std::nextafter(1.0f, 0.0f));
-}
-
-// The weather map under the grid of this frame: it stays where it is in the world while the grid's origin drifts.
-shared::WeatherPlacement weather_placement(const Scene& scene, const glm::dvec3& camera_m, double time_s) {
-  if (!scene.clouds || !scene.clouds->weather_map) return {};
-  const WeatherMap& map = *scene.clouds->weather_map;
-  const double unit_m = static_cast<double>(shared::kOriginUnitM);
-  const glm::dvec3 cloud_m = shared::cloud_from_world(from_origin(scene, camera_m), scene.clouds->wind_m_per_s, time_s);
-  const glm::dvec2 grid_origin_m = glm::round(glm::dvec2(cloud_m) / unit_m) * unit_m;  // as grid_place has it
-  const glm::dvec2 drift_m = scene.clouds->wind_m_per_s * time_s;
-  return shared::weather_placement({map.width, map.height}, map.origin_m - scene.world_origin_m, map.extent_m,
-                                   grid_origin_m + drift_m);
-}
-
-// What does not change from frame to frame.
+// What does not change from frame to frame, but for what the clouds are.
 FrameConstants fixed_constants(const Scene& scene, const RenderSettings& settings) {
   FrameConstants c{};
   c.sun_direction = glm::vec3(direction_from_angles(scene.sun.azimuth_rad, scene.sun.elevation_rad));
@@ -97,22 +54,7 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.phase_g = scene.phase.g;
   c.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks
                                                                             : shared::kPhaseHenyeyGreenstein;
-  c.listed_particle_count = static_cast<std::uint32_t>(scene.particles.size());
-  const CloudSettings none{.coverage = 0.0f};
-  const CloudSettings& clouds = scene.clouds ? *scene.clouds : none;
-  c.clouds_enabled = scene.clouds.has_value() && (clouds.coverage > 0.0f || clouds.weather_map);
-  c.seed = clouds.seed;
-  c.coverage = clouds.coverage;
-  c.base_m = clouds.base_m;
-  c.thickness_m = clouds.thickness_m;
-  c.extinction_per_m = clouds.extinction_per_m;
-  c.view_distance_m = clouds.view_distance_m;
-  c.ring_size_cells =
-      settings.ring_size_cells > 0 ? settings.ring_size_cells : preset(settings.quality).ring_size_cells;
-  c.layer_count = settings.layer_count > 0 ? settings.layer_count : preset(settings.quality).layer_count;
-  c.crown_per_cell = preset(settings.quality).crown_per_cell;
-  c.inner_cell_m = shared::usable_inner_cell_m(kInnerCellM);
-  c.ring_count = ring_count_for(c);
+  c.view_distance_m = view_distance_m(scene);
   return c;
 }
 
@@ -141,13 +83,16 @@ struct Renderer::Implementation {
       : sky(sky_in), device(sky.kernels.device()), workshop(sky.kernels), executor(device) {}
 
   void set(const Scene& scene_in, const RenderSettings& settings_in) {
-    scene = counted_from_origin(scene_in);
+    scene = scene_in;
     settings = settings_in;
     constants = fixed_constants(scene, settings);
     ++changes;
     workshop.begin();
-    passes = std::make_unique<FramePasses>(workshop, sky.tables, sky.noise, scene, settings, constants);
+    passes = std::make_unique<FramePasses>(workshop, sky.tables, sky.noise, scene, settings);
     workshop.end(executor.frames_recorded());
+    const CloudExtent clouds = passes->cloud_extent();
+    constants.clouds_top_m = clouds.highest_m;
+    constants.ground_cover = clouds.ground_cover;
   }
 
   // The steps of one frame; none when the last frame's image is this one's too. A host's images may change without a
@@ -155,16 +100,19 @@ struct Renderer::Implementation {
   FrameBuilder build(const CameraState& camera, double time_s, const HostScene& host) {
     check_host(host);
     constants.host_scene = host.distance_m != nullptr;
-    place_camera(camera, time_s);
+    const FrameView view{from_origin(scene, camera.position_m), time_s};
+    place_camera(camera, view);
     workshop.free_unused(executor.frames_recorded());
     FrameBuilder frame(executor, settings.reuse ? Reuse::all : Reuse::lasting);
-    const shared::WeatherPlacement weather = weather_placement(scene, camera.position_m, time_s);
-    const bool same = frame.stands(&passes->hdr(), as_inputs(changes, constants, camera.position_m, weather));
+    InputBytes inputs = as_inputs(changes, constants, camera.position_m);
+    const InputBytes clouds = passes->cloud_inputs(view);
+    inputs.insert(inputs.end(), clouds.begin(), clouds.end());
+    const bool same = frame.stands(&passes->hdr(), inputs);
     if (same && !host.distance_m) {
       recorded.push_back({recorded.empty() ? last_counted : recorded.back().counts, 0});
     } else {
       const auto slot = static_cast<std::uint32_t>(executor.frames_recorded() % kFramesInFlight);
-      passes->add(frame, constants, from_origin(scene, camera.position_m), host, weather, slot);
+      passes->add(frame, constants, view, host, slot);
       recorded.push_back({slot, 0});
     }
     if (recorded.size() > kFramesInFlight) recorded.pop_front();
@@ -181,14 +129,12 @@ struct Renderer::Implementation {
                     settings.width, "x", settings.height);
   }
 
-  void place_camera(const CameraState& camera, double time_s) {
+  void place_camera(const CameraState& camera, const FrameView& view) {
     const CameraMatrices matrices = camera_matrices(camera, static_cast<double>(settings.width) / settings.height);
     constants.clip_from_render = matrices.clip_from_render;
     constants.render_from_clip = matrices.render_from_clip;
-    const glm::dvec2 wind = scene.clouds ? scene.clouds->wind_m_per_s : glm::dvec2(0.0);
-    shared::place_camera(
-        constants, shared::grid_place(shared::cloud_from_world(from_origin(scene, camera.position_m), wind, time_s)));
-    constants.growth_turns = growth_turns(scene, time_s);
+    const glm::dvec3 air_m = shared::cloud_from_world(view.camera_m, scene_wind_m_per_s(scene), view.time_s);
+    constants.camera_grid_m = shared::grid_place(air_m).grid_m;
   }
 
   // A recorded frame that has not been collected.
@@ -267,8 +213,9 @@ Result<std::unique_ptr<Renderer>> Renderer::create(Sky& sky, const Scene& scene,
 Result<void> Renderer::set(const Scene& scene, const RenderSettings& settings) {
   Implementation& r = *implementation_;
   if (auto ok = check(r.device, settings); !ok) return ok;
-  if (scene.clouds && scene.clouds->weather_map)
-    if (auto ok = check_weather_map(*scene.clouds->weather_map); !ok) return ok;
+  for (const CloudSettings* field : cloud_fields(scene))
+    if (field->weather_map)
+      if (auto ok = check_weather_map(*field->weather_map); !ok) return ok;
   if (auto ok = check_phase(fixed_constants(scene, settings), scene.phase, r.sky.tables.parameters()); !ok) return ok;
   RenderSettings resolved = settings;
   resolved.backend =

@@ -22,9 +22,9 @@ device_line() {
 }
 # rows SERIES AXIS TITLE [SHARE]: a table of the variants of a series; SHARE adds a column that has it in each row.
 rows() {
-  local titles="| $3 | particles | grid_cells | particles | light_tiles, occlusion | view_sort | shade_blend |"
+  local titles="| $3 | particles | field | light_tiles, occlusion | view_sort | shade_blend |"
   titles+=" frame, ms |"
-  local rule="|---|---|---|---|---|---|---|---|"
+  local rule="|---|---|---|---|---|---|---|"
   if [[ ${4:-} ]]; then
     titles+=" before shading |"
     rule+="---|"
@@ -35,12 +35,12 @@ rows() {
     def shown: . * 10 | round / 10;
     def ms($names): [.passes[] | select(.name | IN($names[])) | .ms] | add // 0 | shown;
     .variants[] | select(.series == $series) |
-    "| \(.axes[$axis] // .settings.quality // "medium") | \(.particles_generated) | \(ms(["grid_cells"])) | " +
-    "\(ms(["particles"])) | \(ms(["light_tiles", "occlusion"])) | \(ms(["view_sort"])) | " +
+    "| \(.axes[$axis] // .settings.quality // "medium") | \(.particles_generated) | \(ms(["field"])) | " +
+    "\(ms(["light_tiles", "occlusion"])) | \(ms(["view_sort"])) | " +
     "\(ms(["shade_blend"])) | \(.frame_ms.median | shown) |\($share)"' "$json"
 }
 share=$(jq -r '
-  ["grid_cells", "particles", "light_tiles", "occlusion", "view_sort"] as $before |
+  ["field", "light_tiles", "occlusion", "view_sort"] as $before |
   .variants[] | select(.series == "medium") |
   (.passes | map(select(.name | IN($before[])) | .ms) | add) / .frame_ms.median * 100 | round' "$json")
 

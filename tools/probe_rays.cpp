@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "engine/check.h"
-#include "lut/npy.h"
+#include "engine/npy.h"
 
 namespace nephele::tools {
 namespace {

@@ -36,6 +36,18 @@ ordered_json worst_overflow(const std::vector<FrameStats>& frames) {
   return worst;
 }
 
+// Of the last frame, but for the overflow: the worst of all.
+ordered_json source_counts(const std::vector<FrameStats>& frames) {
+  std::map<std::string, std::uint64_t> worst;
+  for (const FrameStats& frame : frames)
+    for (const SourceStats& source : frame.sources) worst[source.name] = std::max(worst[source.name], source.overflow);
+  ordered_json sources = ordered_json::array();
+  for (const SourceStats& source : frames.back().sources)
+    sources.push_back(
+        {{"name", source.name}, {"particles_generated", source.particles_generated}, {"overflow", worst[source.name]}});
+  return sources;
+}
+
 }  // namespace
 
 const char* quality_name(Quality quality) {
@@ -75,6 +87,7 @@ std::string render_stats_json(const DeviceInfo& device, const RenderSettings& se
       {"blend", last.backend == backend_name(Backend::alpha) ? "alpha" : blend_mode_name(settings.blend)},
       {"particles_generated", last.particles_generated},
       {"particles_visible", last.particles_visible},
+      {"sources", source_counts(frames)},
       {"overflow", worst_overflow(frames)},
       {"frames", frames.size()},
       {"frame_ms", {{"median", times.median}, {"p95", times.p95}, {"min", times.min}}},

@@ -6,7 +6,7 @@
 
 #include "engine/check.h"
 #include "engine/json_reader.h"
-#include "lut/npy.h"
+#include "engine/npy.h"
 #include "lut/tables.h"
 #include "tools/options.h"
 #include "tools/render_stats.h"

@@ -93,7 +93,8 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {4, inputs.lights, Access::texels},
                               {5, inputs.counters, Access::storage_read},
                               {6, draw_particles_, Access::storage_write},
-                              {7, inputs.sky_irradiance, Access::sampled}},
+                              {7, inputs.sky_irradiance, Access::sampled},
+                              {8, inputs.records, Access::storage_read}},
                  .push = as_push(tables_.mean_fill()),
                  .indirect = {&inputs.counters, offsetof(shared::FrameCounters, visible_groups)}});
   frame.compute({.name = "scene_distance",

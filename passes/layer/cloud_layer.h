@@ -48,6 +48,7 @@ class CloudLayer {
     const Buffer& draw_order;
     const Buffer& lights;
     const Buffer& counters;  // FrameCounters: visible_groups and draw are filled
+    const Buffer& records;   // SourceRecord of every source of clouds
     const Image& sky_irradiance;
     const Image& detail_noise;
     const Image& host_distance;  // metres along the ray, at the image's size; read if FrameConstants::host_scene

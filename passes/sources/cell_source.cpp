@@ -1,208 +1,193 @@
 #include "passes/sources/cell_source.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 #include "nephele_shaders.h"
 #include "shared/cell_particles.h"
-#include "shared/listed_particles.h"
 
 namespace nephele {
 
-using shared::FrameConstants;
-using shared::FrameCounters;
+using shared::CloudField;
+using shared::FieldCounters;
+using shared::FieldFrame;
 
 namespace {
 
 constexpr std::uint32_t kLocalSize = 64;
-constexpr VkDeviceSize kBytesPerParticle = 160;  // the largest array with an element for every particle
-constexpr double kEvenOutM = 5000.0;             // over fewer metres than this the sky may be much fuller than its mean
+constexpr double kInnerCellM = 184.0;     // of the published sample
+constexpr double kEvenOutM = 5000.0;      // over fewer metres than this the sky may be much fuller than its mean
+constexpr float kBelowBaseM = 100.0f;     // that flat bases lie below CloudField::base_m at most
+constexpr float kAboveTallestM = 500.0f;  // that particles reach beyond base and thickness, by far
 
 std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
 
-std::vector<shared::ListedSource> listed_sources(std::span<const ListedParticle> listed) {
-  std::vector<shared::ListedSource> sources;
-  sources.reserve(listed.size());
-  for (const ListedParticle& p : listed) {
-    const bool reference = p.shape == ParticleShape::reference;
-    const std::uint32_t flags = (reference ? 0u : shared::kParticleHomogeneous) |
-                                (p.radiance ? shared::kParticleEmissive : 0u) |
-                                (reference && !p.radiance ? shared::kParticleDetail : 0u);
-    sources.push_back({shared::split_place(p.center_m), p.radius_m, static_cast<float>(p.yaw_rad),
-                       p.extinction_per_m * p.density, flags, p.radiance.value_or(glm::vec3(0.0f)),
-                       shared::hash_uint(static_cast<std::uint32_t>(sources.size()))});
-  }
-  return sources;
-}
-
-// As cloud_features.glsl has it.
-struct GridPush {
-  std::array<shared::FeatureWindow, shared::kCloudLattices> windows, near_windows;
-  shared::WeatherPlacement weather;
-};
-
-GridPush grid_push(const FrameConstants& constants, const shared::WeatherPlacement& weather) {
-  GridPush push{{}, {}, weather};
-  for (std::uint32_t lattice = 0; lattice < shared::kCloudLattices; ++lattice) {
-    push.windows[lattice] = shared::feature_window(constants, lattice);
-    push.near_windows[lattice] = shared::near_window(constants, lattice);
-  }
-  return push;
-}
-
 // As weather.h has them; one texel that is never read where there is no map.
-std::vector<std::uint32_t> packed_texels(const WeatherMap* map) {
+const Buffer& upload(Workshop& make, const std::string& name, const WeatherMap* map) {
   std::vector<std::uint32_t> packed;
   if (map)
     for (const glm::u8vec2 texel : map->texels) packed.push_back(texel.x | std::uint32_t{texel.y} << 8);
   packed.resize(std::max<std::size_t>(packed.size(), 1));
-  return packed;
+  return make.uploaded(name, std::as_bytes(std::span(packed)));
 }
 
-float most_coverage(const FrameConstants& constants, const WeatherMap* map) {
-  float most = constants.coverage;
+float most_coverage(const CloudField& field, const WeatherMap* map) {
+  float most = field.coverage;
   if (map)
     for (const glm::u8vec2 texel : map->texels) most = std::max(most, static_cast<float>(texel.x) / 255.0f);
   return most;
 }
 
-FrameConstants with_coverage(FrameConstants constants, float coverage) {
-  constants.coverage = coverage;
-  return constants;
+const WeatherMap* map_of(const CloudSettings& clouds) { return clouds.weather_map ? &*clouds.weather_map : nullptr; }
+
+// As few rings as reach the view distance: their number, and with it the cost, grows with its logarithm.
+std::uint32_t ring_count_for(const CloudField& field) {
+  std::uint32_t count = 1;
+  while (count < shared::kMaxRings && shared::ring_reach_m(field, count - 1) < field.view_distance_m) ++count;
+  return count;
 }
 
-// All that the content of the cells depends on, the rest 0.
-FrameConstants what_cells_need(const FrameConstants& constants) {
-  FrameConstants needed;
-  std::memset(&needed, 0, sizeof needed);
-  needed.origin_index = constants.origin_index;
-  needed.camera_cell = constants.camera_cell;
-  needed.growth_turns = constants.growth_turns;
-  needed.seed = constants.seed;
-  needed.coverage = constants.coverage;
-  needed.base_m = constants.base_m;
-  needed.thickness_m = constants.thickness_m;
-  needed.view_distance_m = constants.view_distance_m;
-  needed.ring_count = constants.ring_count;
-  needed.ring_size_cells = constants.ring_size_cells;
-  needed.layer_count = constants.layer_count;
-  needed.inner_cell_m = constants.inner_cell_m;
-  needed.crown_per_cell = constants.crown_per_cell;
-  return needed;
+// What does not change from frame to frame.
+CloudField fixed_field(const CloudSettings& clouds, const FieldGrid& grid) {
+  CloudField field{};
+  field.seed = clouds.seed;
+  field.coverage = clouds.coverage;
+  field.base_m = clouds.base_m;
+  field.thickness_m = clouds.thickness_m;
+  field.extinction_per_m = clouds.extinction_per_m;
+  field.view_distance_m = clouds.view_distance_m;
+  field.ring_size_cells = grid.ring_size_cells;
+  field.layer_count = grid.layer_count;
+  field.crown_per_cell = grid.crown_per_cell;
+  field.inner_cell_m = shared::usable_inner_cell_m(kInnerCellM);
+  field.ring_count = ring_count_for(field);
+  if (clouds.weather_map) field.weather.size = {clouds.weather_map->width, clouds.weather_map->height};
+  return field;
+}
+
+// Double precision until only the fraction of a turn is left: a cycle is as smooth after a year.
+float growth_turns(double growth_period_s, double time_s) {
+  if (growth_period_s <= 0.0) return -1.0f;
+  const double turns = time_s / growth_period_s;
+  return std::min(static_cast<float>(turns - std::floor(turns)), std::nextafter(1.0f, 0.0f));
 }
 
 }  // namespace
 
-std::uint32_t CloudParticles::capacity_for(const Device& device, const FrameConstants& constants) {
+std::uint32_t CellSource::capacity_for(const CloudField& field, float most_coverage) {
   double cells = 0.0;
-  const double reach = shared::cloud_reach_m(constants);
-  for (std::uint32_t ring = 0; ring < constants.ring_count; ++ring) {
-    const double cell = shared::ring_cell_m(constants, ring);
-    const double outer = std::min<double>(reach, shared::ring_reach_m(constants, ring)) + cell;
-    const double inner = ring > 0 ? 0.8 * shared::ring_reach_m(constants, ring - 1) : 0.0;
+  const double reach = shared::cloud_reach_m(field);
+  for (std::uint32_t ring = 0; ring < field.ring_count; ++ring) {
+    const double cell = shared::ring_cell_m(field, ring);
+    const double outer = std::min<double>(reach, shared::ring_reach_m(field, ring)) + cell;
+    const double inner = ring > 0 ? 0.8 * shared::ring_reach_m(field, ring - 1) : 0.0;
     if (inner < outer) cells += std::numbers::pi * (outer * outer - inner * inner) / (cell * cell);
   }
-  const double covered = std::min(1.0, 1.15 * constants.coverage + 0.1 + kEvenOutM / std::max(reach, 1.0));
-  const double per_cell = 1.2 + 0.6 * (constants.layer_count - 1.0) + 2.1 * constants.crown_per_cell;
-  const double wanted = constants.clouds_enabled ? 1.15 * cells * covered * per_cell + 256.0 : 0.0;
-  const double limit = static_cast<double>(
-      std::min(device.max_elements(kBytesPerParticle), VkDeviceSize{device.info().max_groups} * kLocalSize));
-  return static_cast<std::uint32_t>(std::clamp(wanted + constants.listed_particle_count, 1.0, limit));
+  const double covered = std::min(1.0, 1.15 * most_coverage + 0.1 + kEvenOutM / std::max(reach, 1.0));
+  const double per_cell = 1.2 + 0.6 * (field.layer_count - 1.0) + 2.1 * field.crown_per_cell;
+  return static_cast<std::uint32_t>(std::min(1.15 * cells * covered * per_cell + 256.0, 4e9));
 }
 
-CloudParticles::CloudParticles(Workshop& make, const FrameConstants& constants, std::span<const ListedParticle> listed,
-                               std::uint32_t capacity, const WeatherMap* map)
-    : features_kernel_(make.device(), shaders::cloud_features_comp),
-      near_(make.device(), shaders::cloud_features_near_comp),
-      list_(make.device(), shaders::grid_list_comp),
-      cells_(make.device(), shaders::grid_cells_comp),
-      show_(make.device(), shaders::grid_show_comp),
-      fit_(make.device(), shaders::grid_fit_comp),
-      thin_(make.device(), shaders::grid_thin_comp),
-      expand_(make.device(), shaders::grid_expand_comp),
-      particles_kernel_(make.device(), shaders::particles_comp),
-      listed_kernel_(make.device(), shaders::listed_particles_comp),
-      visibility_(make.device(), shaders::visibility_comp),
-      visible_list_(make.device(), shaders::visible_list_comp),
-      map_size_(map ? glm::ivec2(map->width, map->height) : glm::ivec2(0)),
-      most_coverage_(most_coverage(constants, map)),
-      listed_count_(static_cast<std::uint32_t>(listed.size())),
-      capacity_(capacity > 0 ? capacity : capacity_for(make.device(), with_coverage(constants, most_coverage_))),
-      cell_count_(constants.clouds_enabled ? shared::grid_cell_count(constants) : 0),
-      feature_count_(constants.clouds_enabled ? shared::feature_count(constants) : 0),
-      near_count_(constants.clouds_enabled ? shared::near_count(constants) : 0),
-      scan_(make, "cells", std::max(cell_count_, capacity_) + 1),
-      weather_map_(make.device(), "weather_map", packed_texels(map).size() * sizeof(std::uint32_t)),
-      features_(make.device(), "cloud_features",
-                VkDeviceSize{std::max(feature_count_, 1u)} * sizeof(shared::PackedFeature)),
-      features_near_(make.device(), "cloud_features_near",
-                     VkDeviceSize{std::max(near_count_, 1u)} * sizeof(std::uint32_t)),
-      cell_list_(make.device(), "cell_list", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
-      cell_clouds_(make.device(), "cell_clouds",
-                   VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(shared::PackedCellCloud)),
-      cell_counts_(make.device(), "cell_counts", VkDeviceSize{std::max(cell_count_, 1u)} * sizeof(std::uint32_t)),
-      cell_first_(make.device(), "cell_first", VkDeviceSize{cell_count_ + 1} * sizeof(std::uint32_t)),
-      distance_counts_(make.device(), "distance_counts", VkDeviceSize{shared::kDistanceBins} * sizeof(std::uint32_t)),
-      particle_cell_(make.device(), "particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
-      listed_(make.device(), "listed_particles",
-              std::max<VkDeviceSize>(listed.size(), 1) * sizeof(shared::ListedSource)),
-      particles_(make.device(), "particles", VkDeviceSize{capacity_} * sizeof(shared::Particle)),
-      places_(make.device(), "visible_places", VkDeviceSize{capacity_ + 1} * sizeof(std::uint32_t)),
-      visible_(make.device(), "visible", VkDeviceSize{capacity_} * sizeof(std::uint32_t)),
-      counters_(make.device(), "counters", sizeof(FrameCounters)) {
-  NEPHELE_CHECK(constants.listed_particle_count == listed_count_, constants.listed_particle_count, " and ",
-                listed_count_);
-  NEPHELE_CHECK(constants.ring_count >= 1 && constants.ring_count <= shared::kMaxRings, constants.ring_count, " rings");
-  weather_map_.write_vector(packed_texels(map));
-  if (!listed.empty()) listed_.write_vector(listed_sources(listed));
+CellSource::CellSource(Workshop& make, std::string name, const CloudSettings& clouds, const FieldGrid& grid,
+                       const glm::dvec2& world_origin_m, std::uint32_t most)
+    : CellSource(make, std::move(name), fixed_field(clouds, grid), map_of(clouds),
+                 std::max(1u, std::min(most, capacity_for(fixed_field(clouds, grid),
+                                                          most_coverage(fixed_field(clouds, grid), map_of(clouds))))),
+                 {world_origin_m, clouds.wind_m_per_s, clouds.growth_period_s,
+                  clouds.weather_map ? clouds.weather_map->origin_m : glm::dvec2(0.0),
+                  clouds.weather_map ? clouds.weather_map->extent_m : glm::dvec2(0.0)}) {}
+
+CellSource::CellSource(Workshop& make, std::string name, const CloudField& field, const WeatherMap* map,
+                       std::uint32_t capacity)
+    : CellSource(make, std::move(name), field, map,
+                 capacity > 0 ? capacity
+                              : std::min(most_particles(make.device()), capacity_for(field, most_coverage(field, map))),
+                 Motion{}) {}
+
+CellSource::CellSource(Workshop& make, std::string name, const CloudField& field, const WeatherMap* map,
+                       std::uint32_t capacity, const Motion& motion)
+    : CloudSource(std::move(name), capacity),
+      features_kernel_(make.compute(shaders::cloud_features_comp)),
+      near_(make.compute(shaders::cloud_features_near_comp)),
+      list_(make.compute(shaders::grid_list_comp)),
+      cells_(make.compute(shaders::grid_cells_comp)),
+      show_(make.compute(shaders::grid_show_comp)),
+      fit_(make.compute(shaders::grid_fit_comp)),
+      thin_(make.compute(shaders::grid_thin_comp)),
+      expand_(make.compute(shaders::grid_expand_comp)),
+      particles_kernel_(make.compute(shaders::particles_comp)),
+      field_(field),
+      motion_(motion),
+      most_coverage_(most_coverage(field, map)),
+      cell_count_(shared::grid_cell_count(field)),
+      feature_count_(shared::feature_count(field)),
+      near_count_(shared::near_count(field)),
+      scan_(make, name_ + "_cells", cell_count_ + 1),
+      constants_(make.buffer(name_ + "_constants", sizeof(shared::FieldConstants))),
+      counters_(make.buffer(name_ + "_counters", sizeof(FieldCounters))),
+      weather_map_(upload(make, name_ + "_weather_map", map)),
+      features_(make.buffer(name_ + "_features", VkDeviceSize{feature_count_} * sizeof(shared::PackedFeature))),
+      features_near_(make.buffer(name_ + "_features_near", VkDeviceSize{near_count_} * sizeof(std::uint32_t))),
+      cell_list_(make.buffer(name_ + "_cell_list", VkDeviceSize{cell_count_} * sizeof(std::uint32_t))),
+      cell_clouds_(make.buffer(name_ + "_cell_clouds", VkDeviceSize{cell_count_} * sizeof(shared::PackedCellCloud))),
+      cell_counts_(make.buffer(name_ + "_cell_counts", VkDeviceSize{cell_count_} * sizeof(std::uint32_t))),
+      cell_first_(make.buffer(name_ + "_cell_first", (VkDeviceSize{cell_count_} + 1) * sizeof(std::uint32_t))),
+      distance_counts_(make.buffer(name_ + "_distance_counts", shared::kDistanceBins * sizeof(std::uint32_t))),
+      particle_cell_(make.buffer(name_ + "_particle_cell", VkDeviceSize{capacity_} * sizeof(std::uint32_t))) {
+  NEPHELE_CHECK(field.ring_count >= 1 && field.ring_count <= shared::kMaxRings, field.ring_count, " rings");
 }
 
-CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
-                                            const glm::dvec3& camera_world_m, const shared::WeatherPlacement& weather) {
-  NEPHELE_CHECK(weather.size == map_size_, weather.size.x, "x", weather.size.y, ", the map is ", map_size_.x, "x",
-                map_size_.y);
-  FrameCounters start{};
-  start.particle_demand = listed_count_;
-  start.particle_count = std::min(listed_count_, capacity_);
-  start.particle_groups = {groups_for(start.particle_count), 1, 1};
-  start.found_cell_groups = {0, 1, 1};
-  start.visible_groups = {0, 1, 1};  // where there are no particles, nothing writes these
-  start.draw = {0, 1, 0, 0};
-  frame.update("grid_cells", counters_, as_push(start));
-  if (constants.clouds_enabled && most_coverage_ > 0.0f) add_grid(frame, constants, buffer, weather);
-  if (listed_count_ > 0) add_listed(frame, camera_world_m);
-  add_visible(frame, buffer);
-  return {particles_, visible_, counters_};
+CloudExtent CellSource::extent() const {
+  return {field_.base_m - kBelowBaseM, field_.base_m + field_.thickness_m + kAboveTallestM, field_.coverage};
 }
 
-void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& push) {
-  frame.compute({.name = "grid_cells",
+// The weather map stays where it is in the world while the grid's origin drifts.
+FieldFrame CellSource::field_frame(const FrameView& view) const {
+  FieldFrame frame{};
+  frame.field = field_;
+  const glm::dvec3 air_m = shared::cloud_from_world(view.camera_m, motion_.wind_m_per_s, view.time_s);
+  shared::place_camera(frame, shared::grid_place(air_m));
+  frame.field.growth_turns = growth_turns(motion_.growth_period_s, view.time_s);
+  if (field_.weather.size.x > 0) {
+    const double unit_m = static_cast<double>(shared::kOriginUnitM);
+    const glm::dvec2 grid_origin_m = glm::round(glm::dvec2(air_m) / unit_m) * unit_m;  // as grid_place has it
+    frame.field.weather =
+        shared::weather_placement(field_.weather.size, motion_.map_origin_m - motion_.world_origin_m,
+                                  motion_.map_extent_m, grid_origin_m + motion_.wind_m_per_s * view.time_s);
+  }
+  return frame;
+}
+
+InputBytes CellSource::inputs(const FrameView& view) const { return as_inputs(field_frame(view)); }
+
+void CellSource::add(FrameBuilder& frame, const FrameView& view, const ParticleSink& sink) {
+  add_field(frame, field_frame(view), sink);
+}
+
+void CellSource::add_cells(FrameBuilder& frame) {
+  frame.compute({.name = name_,
                  .kernel = &features_kernel_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, features_, Access::storage_write},
                               {2, weather_map_, Access::storage_read}},
-                 .push = push,
                  .groups = {groups_for(feature_count_), 1, 1}});
-  frame.compute({.name = "grid_cells",
+  frame.compute({.name = name_,
                  .kernel = &near_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, features_, Access::texels},
                               {2, features_near_, Access::storage_write}},
-                 .push = push,
                  .groups = {groups_for(near_count_), 1, 1}});
-  frame.fill("grid_cells", cell_counts_, 0);
-  frame.compute({.name = "grid_cells",
+  frame.fill(name_, cell_counts_, 0);
+  frame.compute({.name = name_,
                  .kernel = &list_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, cell_list_, Access::storage_write},
                               {2, counters_, Access::storage_read_write}},
                  .groups = {groups_for(cell_count_), 1, 1}});
-  frame.compute({.name = "grid_cells",
+  frame.compute({.name = name_,
                  .kernel = &cells_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, features_, Access::texels},
                               {2, cell_clouds_, Access::storage_write},
                               {3, cell_counts_, Access::storage_write},
@@ -210,89 +195,72 @@ void CloudParticles::add_cells(FrameBuilder& frame, const Buffer& buffer, const 
                               {5, cell_list_, Access::storage_read},
                               {6, counters_, Access::storage_read},
                               {7, features_near_, Access::words}},
-                 .push = push,
-                 .indirect = {&counters_, offsetof(FrameCounters, found_cell_groups)}});
+                 .indirect = {&counters_, offsetof(FieldCounters, found_cell_groups)}});
 }
 
-void CloudParticles::add_grid(FrameBuilder& frame, const FrameConstants& constants, const Buffer& buffer,
-                              const shared::WeatherPlacement& weather) {
-  NEPHELE_CHECK(shared::grid_cell_count(constants) == cell_count_ && shared::feature_count(constants) == feature_count_,
-                "the grid changed size: ", shared::grid_cell_count(constants), " cells, ", cell_count_, " expected");
-  const PushConstants push = as_push(grid_push(constants, weather));
-  if (!frame.stands(&cell_clouds_, as_inputs(what_cells_need(constants), weather))) add_cells(frame, buffer, push);
-  frame.update("grid_cells", distance_counts_, std::vector<std::byte>(distance_counts_.bytes()));
-  frame.compute({.name = "grid_cells",
+void CellSource::add_field(FrameBuilder& frame, const FieldFrame& field_frame, const ParticleSink& sink) {
+  const CloudField& field = field_frame.field;
+  NEPHELE_CHECK(field.weather.size == field_.weather.size, name_, ": a weather map of ", field.weather.size.x, "x",
+                field.weather.size.y, ", the source has one of ", field_.weather.size.x, "x", field_.weather.size.y);
+  NEPHELE_CHECK(shared::grid_cell_count(field) == cell_count_ && shared::feature_count(field) == feature_count_, name_,
+                ": the grid changed size: ", shared::grid_cell_count(field), " cells, ", cell_count_, " expected");
+  if (most_coverage_ <= 0.0f) return;
+  shared::FieldConstants constants{};
+  constants.frame = field_frame;
+  for (std::uint32_t lattice = 0; lattice < shared::kCloudLattices; ++lattice) {
+    constants.windows[lattice] = shared::feature_window(field, lattice);
+    constants.near_windows[lattice] = shared::near_window(field, lattice);
+  }
+  constants.source = sink.source;
+  constants.capacity = capacity_;
+  FieldCounters start{};
+  start.found_cell_groups = {0, 1, 1};
+  frame.update(name_, constants_, as_push(constants));
+  frame.update(name_, counters_, as_push(start));
+  // The map and the counts are buffers of their own, which may have been made again.
+  if (!frame.stands(&cell_clouds_, as_inputs(field, weather_map_.id(), cell_counts_.id()))) add_cells(frame);
+  frame.update(name_, distance_counts_, std::vector<std::byte>(shared::kDistanceBins * sizeof(std::uint32_t)));
+  frame.compute({.name = name_,
                  .kernel = &show_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, cell_counts_, Access::storage_read},
                               {2, cell_first_, Access::storage_write},
                               {3, counters_, Access::storage_read_write},
                               {4, distance_counts_, Access::storage_read_write}},
                  .groups = {groups_for(cell_count_ + 1), 1, 1}});
-  frame.compute({.name = "grid_cells",
+  frame.compute({.name = name_,
                  .kernel = &fit_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, distance_counts_, Access::storage_read},
-                              {2, counters_, Access::storage_read_write}},
-                 .push = as_push(capacity_)});
-  frame.compute({.name = "grid_cells",
+                              {2, counters_, Access::storage_write},
+                              {3, sink.counters, Access::storage_read_write},
+                              {4, sink.records, Access::storage_write}}});
+  frame.compute({.name = name_,
                  .kernel = &thin_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, counters_, Access::storage_read},
                               {2, cell_first_, Access::storage_read_write}},
-                 .indirect = {&counters_, offsetof(FrameCounters, thin_groups)}});
-  scan_.add(frame, "grid_cells", cell_first_, cell_count_ + 1, counters_, offsetof(FrameCounters, cell_particle_count));
-  frame.compute({.name = "particles",
+                 .indirect = {&counters_, offsetof(FieldCounters, thin_groups)}});
+  scan_.add(frame, name_, cell_first_, cell_count_ + 1, counters_, offsetof(FieldCounters, cell_particle_count));
+  frame.compute({.name = name_,
                  .kernel = &expand_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, cell_first_, Access::storage_read},
                               {2, particle_cell_, Access::storage_write},
-                              {3, counters_, Access::storage_read_write}},
-                 .push = as_push(capacity_),
+                              {3, sink.counters, Access::storage_write},
+                              {4, sink.records, Access::storage_read_write}},
                  .groups = {groups_for(cell_count_), 1, 1}});
-  frame.compute({.name = "particles",
+  frame.compute({.name = name_,
                  .kernel = &particles_kernel_,
-                 .bindings = {{0, buffer, Access::uniform},
+                 .bindings = {{0, constants_, Access::uniform},
                               {1, features_, Access::texels},
                               {2, cell_clouds_, Access::storage_read},
                               {3, cell_first_, Access::storage_read},
                               {4, particle_cell_, Access::storage_read},
-                              {5, counters_, Access::storage_read},
-                              {6, particles_, Access::storage_write}},
-                 .push = push,
-                 .indirect = {&counters_, offsetof(FrameCounters, particle_groups)}});
-}
-
-void CloudParticles::add_listed(FrameBuilder& frame, const glm::dvec3& camera_world_m) {
-  struct Push {
-    shared::SplitPlace camera;
-    std::uint32_t count;
-  };
-  const std::uint32_t count = std::min(listed_count_, capacity_);
-  frame.compute({.name = "particles",
-                 .kernel = &listed_kernel_,
-                 .bindings = {{0, listed_, Access::storage_read}, {1, particles_, Access::storage_write}},
-                 .push = as_push(Push{shared::split_place(camera_world_m), count}),
-                 .groups = {groups_for(count), 1, 1}});
-}
-
-void CloudParticles::add_visible(FrameBuilder& frame, const Buffer& buffer) {
-  const Indirect every_particle{&counters_, offsetof(FrameCounters, particle_groups)};
-  frame.fill("visibility", places_, 0);
-  frame.compute({.name = "visibility",
-                 .kernel = &visibility_,
-                 .bindings = {{0, buffer, Access::uniform},
-                              {1, particles_, Access::texels},
-                              {2, counters_, Access::storage_read},
-                              {3, places_, Access::storage_write}},
-                 .indirect = every_particle});
-  scan_.add(frame, "visibility", places_, capacity_ + 1, counters_, offsetof(FrameCounters, visible_demand));
-  frame.compute({.name = "visibility",
-                 .kernel = &visible_list_,
-                 .bindings = {{0, places_, Access::storage_read},
-                              {1, visible_, Access::storage_write},
-                              {2, counters_, Access::storage_read_write}},
-                 .indirect = every_particle});
+                              {5, sink.records, Access::storage_read},
+                              {6, sink.particles, Access::storage_write}},
+                 .indirect = {&sink.records,
+                              sink.source * sizeof(shared::SourceRecord) + offsetof(shared::SourceRecord, groups)}});
 }
 
 }  // namespace nephele

@@ -1,74 +1,97 @@
-// The particles of a frame ([Yusov14] 5.2): cloud cells of the ring grid, expanded into particles in render space
-// after those that the scene lists; and the list of the ones the camera can see.
+// A procedural cloud field as particles ([Yusov14] 5.2): cells of a ring grid around the camera, found once and
+// expanded every frame.
 //
-// reads -> writes: frame constants, weather map -> particles, visible list; in counters all but tile_pair_*,
-// screen_pair_* and pairs_shaded cost: cells of all rings (four field evaluations each) and the particles of the
-// occupied ones, one evaluation of the base each.
+// reads -> writes: the field's constants, weather map -> particles, the source's record; particle_* of the counters
+// cost: cells of all rings (four field evaluations each) and the particles of the occupied ones, one evaluation of the
+// base each.
 //
-// The order is fixed: listed particles, then ring by ring, row by row. What stands in the cells is kept while the
-// camera stays in one cell of the finest ring, as it would be found again, bit for bit; nothing else is left of earlier
-// frames.
+// The order of particles is fixed: ring by ring, row by row. What stands in the cells is kept while CloudField stays
+// the same, byte for byte: as long as the camera is in one cell of the finest ring and nothing grows. Past the capacity
+// the farthest cells are left out and their particles counted.
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <span>
 
-#include "engine/scene.h"
-#include "engine/workshop.h"
 #include "passes/kit/prefix_sum.h"
-#include "shared/types.h"
-#include "shared/weather.h"
+#include "passes/sources/cloud_source.h"
+#include "shared/field_constants.h"
 
 namespace nephele {
 
-class CloudParticles {
+// How finely a field is resolved.
+struct FieldGrid {
+  std::uint32_t ring_size_cells;  // along a ring's side, a multiple of 8
+  std::uint32_t layer_count;      // particles stacked in a cell, base included
+  float crown_per_cell;           // CloudField
+};
+
+class CellSource final : public CloudSource {
  public:
-  struct Outputs {
-    const Buffer& particles;  // Particle; slots [0, particle_count) are filled
-    const Buffer& visible;    // uint: indices of particles, ascending
-    const Buffer& counters;   // FrameCounters
-  };
-  // The grid behind the particles, for whoever looks for neighbours: cells as numbered by shared/ring_grid.h.
-  // Particles of cell c are [listed + cell_first[c], listed + cell_first[c + 1]).
+  // Cells as numbered by shared/ring_grid.h. Particles of cell c are the field's particles
+  // [cell_first[c], cell_first[c + 1]).
   struct Grid {
     const Buffer& cell_first;     // uint, one more than cells
-    const Buffer& particle_cell;  // uint per particle; undefined for listed ones
+    const Buffer& particle_cell;  // uint per particle of the field
+    const Buffer& counters;       // FieldCounters
   };
 
-  // map: the scene's weather map, if it has one.
-  // constants: those of any frame of the scene; seed, origin, camera and time may change later, the rest of the cloud
-  // field may not. capacity 0 means capacity_for(); past it the farthest cells are left out, their particles counted.
-  CloudParticles(Workshop& make, const shared::FrameConstants& constants, std::span<const ListedParticle> listed,
-                 std::uint32_t capacity = 0, const WeatherMap* map = nullptr);
+  CellSource(Workshop& make, std::string name, const CloudSettings& clouds, const FieldGrid& grid,
+             const glm::dvec2& world_origin_m, std::uint32_t most);
 
-  // Room for the particles of these settings: over the cells of all rings, the share that may be covered times what a
-  // covered cell holds, with a seventh to spare; at most what the device's storage buffers take.
-  static std::uint32_t capacity_for(const Device& device, const shared::FrameConstants& constants);
+  // For a field that is given whole: all of it may change from frame to frame but rings, cells and view distance.
+  // capacity 0: capacity_for().
+  CellSource(Workshop& make, std::string name, const shared::CloudField& field, const WeatherMap* map = nullptr,
+             std::uint32_t capacity = 0);
 
-  // buffer holds `constants` when the steps run. weather: of the map, if there is one. Steps: "grid_cells",
-  // "particles", "visibility".
-  Outputs add(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
-              const glm::dvec3& camera_world_m, const shared::WeatherPlacement& weather = {});
+  // Room for the particles of a field of this coverage: over the cells of all rings, the share that may be covered
+  // times what a covered cell holds, with a seventh to spare.
+  static std::uint32_t capacity_for(const shared::CloudField& field, float most_coverage);
 
-  std::uint32_t capacity() const { return capacity_; }
-  Grid grid() const { return {cell_first_, particle_cell_}; }
+  CloudExtent extent() const override;
+  float extinction_per_m() const override { return field_.extinction_per_m; }
+  InputBytes inputs(const FrameView& view) const override;
+  void add(FrameBuilder& frame, const FrameView& view, const ParticleSink& sink) override;
+  // The same of a field that is given whole.
+  void add_field(FrameBuilder& frame, const shared::FieldFrame& field, const ParticleSink& sink);
+
+  Grid grid() const { return {cell_first_, particle_cell_, counters_}; }
 
  private:
-  void add_cells(FrameBuilder& frame, const Buffer& buffer, const PushConstants& push);
-  void add_grid(FrameBuilder& frame, const shared::FrameConstants& constants, const Buffer& buffer,
-                const shared::WeatherPlacement& weather);
-  void add_listed(FrameBuilder& frame, const glm::dvec3& camera_world_m);
-  void add_visible(FrameBuilder& frame, const Buffer& buffer);
+  struct Motion {
+    glm::dvec2 world_origin_m{0.0}, wind_m_per_s{0.0};
+    double growth_period_s = 0.0;
+    glm::dvec2 map_origin_m{0.0}, map_extent_m{0.0};
+  };
+  CellSource(Workshop& make, std::string name, const shared::CloudField& field, const WeatherMap* map,
+             std::uint32_t capacity, const Motion& motion);
+  shared::FieldFrame field_frame(const FrameView& view) const;
+  void add_cells(FrameBuilder& frame);
 
-  ComputeKernel features_kernel_, near_, list_, cells_, show_, fit_, thin_, expand_, particles_kernel_, listed_kernel_,
-      visibility_, visible_list_;
-  glm::ivec2 map_size_;  // texels; 0: no map
+  const ComputeKernel& features_kernel_;
+  const ComputeKernel& near_;
+  const ComputeKernel& list_;
+  const ComputeKernel& cells_;
+  const ComputeKernel& show_;
+  const ComputeKernel& fit_;
+  const ComputeKernel& thin_;
+  const ComputeKernel& expand_;
+  const ComputeKernel& particles_kernel_;
+  shared::CloudField field_;  // what stays the same from frame to frame; the rest 0
+  Motion motion_;
   float most_coverage_;  // anywhere
-  std::uint32_t listed_count_, capacity_, cell_count_, feature_count_, near_count_;
+  std::uint32_t cell_count_, feature_count_, near_count_;
   PrefixSum scan_;
-  Buffer weather_map_, features_, features_near_, cell_list_, cell_clouds_, cell_counts_, cell_first_, distance_counts_,
-      particle_cell_, listed_, particles_, places_, visible_, counters_;
+  const Buffer& constants_;
+  const Buffer& counters_;
+  const Buffer& weather_map_;
+  const Buffer& features_;
+  const Buffer& features_near_;
+  const Buffer& cell_list_;
+  const Buffer& cell_clouds_;
+  const Buffer& cell_counts_;
+  const Buffer& cell_first_;
+  const Buffer& distance_counts_;
+  const Buffer& particle_cell_;
 };
 
 }  // namespace nephele

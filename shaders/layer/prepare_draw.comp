@@ -19,6 +19,7 @@ PARTICLE_LIGHTS(4, lights);
 layout(scalar, set = 0, binding = 5) readonly buffer Counters { FrameCounters counters; };
 layout(scalar, set = 0, binding = 6) writeonly buffer DrawParticles { DrawParticle draw_particles[]; };
 layout(set = 0, binding = 7) uniform sampler2D sky_irradiance;
+layout(scalar, set = 0, binding = 8) readonly buffer Records { SourceRecord records[]; };
 layout(push_constant, scalar) uniform Push { float mean_fill; };
 
 void main() {
@@ -55,13 +56,13 @@ void main() {
   const float altitude = altitude_m(p.center_m, frame.camera_grid_m.z);
   mean_radiance_at(sky_irradiance, frame, altitude, sun_cos_zenith_at(p.center_m, frame), d.sky_up_radiance,
                    d.sky_down_radiance);
-  d.sky_down_radiance *= 1.0 - (frame.clouds_enabled != 0u ? kGroundShadow * frame.coverage : 0.0);
+  d.sky_down_radiance *= 1.0 - kGroundShadow * frame.ground_cover;
   if (has_base(p.base_m)) {
     const float thickness_m = max(p.top_m - p.base_m, 0.0);
-    d.sky_share = slab_share_above(frame.extinction_per_m * (p.top_m - altitude), frame.extinction_per_m * thickness_m,
-                                   frame.phase_g);
-    d.sky_share_per_m =
-        slab_share_per_depth(frame.extinction_per_m * thickness_m, frame.phase_g) * frame.extinction_per_m;
+    const float extinction_per_m = records[p.flags >> kParticleSourceShift].extinction_per_m;  // of its own cloud
+    d.sky_share =
+        slab_share_above(extinction_per_m * (p.top_m - altitude), extinction_per_m * thickness_m, frame.phase_g);
+    d.sky_share_per_m = slab_share_per_depth(extinction_per_m * thickness_m, frame.phase_g) * extinction_per_m;
   } else {  // whose cloud it is part of is not known: as much as a surface sees that faces away from its neighbours
     d.sky_share = 0.5 + 0.5 * light.openness.z;
     d.sky_share_per_m = 0.0;

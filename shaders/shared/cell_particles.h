@@ -18,10 +18,10 @@
 
 #include "cloud_field.h"
 #include "ellipsoid.h"
+#include "types.h"
 
 NEPHELE_SHARED_BEGIN
 
-NEPHELE_CONST(uint, kParticleRingShift, 8u);  // in Particle.flags
 NEPHELE_CONST(uint, kMaxLevels, 15u);
 NEPHELE_CONST(uint, kMaxCrown, 15u);
 NEPHELE_CONST(uint, kSeedCell, 0xc000u);   // + ring
@@ -116,17 +116,17 @@ NEPHELE_FN uint column_count(CellParts parts) {
 }
 NEPHELE_FN uint particle_count(CellParts parts) { return column_count(parts) + parts.crown + parts.wisps; }
 
-NEPHELE_FN uint cell_hash(FrameConstants frame, CloudParams params, GridCell cell) {
-  uint lattice = ring_lattice(frame, cell.ring);
+NEPHELE_FN uint cell_hash(CloudField field, CloudParams params, GridCell cell) {
+  uint lattice = ring_lattice(field, cell.ring);
   return hash_uvec2(lattice_base(params.origin_index, lattice) + uvec2(cell.index),
                     params.seed + kSeedCell + cell.ring);
 }
 
 // Where a quadrant (0 .. 3) looks at the field: a jittered place of the finest ring's quadrants, reached by choosing
 // one of four smaller cells from ring to ring.
-NEPHELE_FN vec2 quadrant_place(FrameConstants frame, CloudParams params, GridCell cell, uint quadrant) {
+NEPHELE_FN vec2 quadrant_place(CloudField field, CloudParams params, GridCell cell, uint quadrant) {
   ivec2 at = cell.index * 2 + ivec2(int(quadrant & 1u), int(quadrant >> 1u));
-  uint lattice = 2u * ring_lattice(frame, cell.ring);
+  uint lattice = 2u * ring_lattice(field, cell.ring);
   for (uint ring = cell.ring; ring > 0u; --ring) {
     uint h = hash_uvec2(lattice_base(params.origin_index, lattice) + uvec2(at), params.seed + kSeedPlace + ring);
     at = at * 2 + ivec2(int((h >> 30u) & 1u), int(h >> 31u));
@@ -168,10 +168,10 @@ NEPHELE_FN vec2 cell_slope(CellCloud cloud, GridCell cell) {
 // Radius at which one ellipsoid hides as much of what lies behind it as the covered places do. Its depth falls off from
 // its middle about as 3 tau (1 - b^2)^2, tau the mean over the disc, so that of the disc's area
 // 1 - sqrt(pi / (12 tau)) erf(sqrt(3 tau)) is hidden: x, in which tau in turn is that of the column times x.
-NEPHELE_FN float closing_radius_m(FrameConstants frame, GridCell cell, CellCloud cloud) {
+NEPHELE_FN float closing_radius_m(CloudField field, GridCell cell, CellCloud cloud) {
   float share = covered_share(cloud.core);
   float height = dot(cloud.height_m, vec4(0.25f)) / share;
-  float depth = kMeanFill * frame.extinction_per_m * kColumnFill * height;
+  float depth = kMeanFill * field.extinction_per_m * kColumnFill * height;
   float hidden = max(0.45f, 1.0f - 0.886f * inversesqrt(max(3.0f * depth, 1.0f)));
   return cell.size_m * sqrt(share / (kPi * hidden)) / 0.9f;
 }
@@ -187,13 +187,13 @@ struct CloudParticle {
 };
 
 // Particle `slot` < particle_count(parts) of a cell, before the gains, with altitudes counted from the flat base.
-NEPHELE_FN CloudParticle particle_over_base(FrameConstants frame, CloudParams params, GridCell cell, CellCloud cloud,
+NEPHELE_FN CloudParticle particle_over_base(CloudField field, CloudParams params, GridCell cell, CellCloud cloud,
                                             uint slot) {
-  uint cell_id = cell_hash(frame, params, cell);
+  uint cell_id = cell_hash(field, params, cell);
   uint h = hash_uint(cell_id + (slot + 1u) * kSlotSpread);
   CellParts parts = cloud.parts;
   uint quadrant = covered_quadrant(cloud.core, slot + (cell_id & 3u));
-  vec2 p = quadrant_place(frame, params, cell, quadrant);
+  vec2 p = quadrant_place(field, params, cell, quadrant);
   float core = cloud.core[int(quadrant)];
   float height = cloud.height_m[int(quadrant)];
   float edge_m = core * cloud.radius_m;
@@ -211,7 +211,7 @@ NEPHELE_FN CloudParticle particle_over_base(FrameConstants frame, CloudParams pa
 
   // Shrinks towards the edge and keeps the extent as cells double; but it fills the area that the places stand for.
   // Nor is a tower narrower than two fifths of its height.
-  float reach = clamp(edge_m + 60.0f, max(closing_radius_m(frame, cell, cloud), min(0.4f * height, 0.6f * c)), c);
+  float reach = clamp(edge_m + 60.0f, max(closing_radius_m(field, cell, cloud), min(0.4f * height, 0.6f * c)), c);
   float filled = max(height, min(0.5f * reach, 92.0f));
   float base_up = min(0.55f * filled, mix(1.2f, 0.55f, covered_share(cloud.core)) * reach);
   float coarse = 1.0f - kFinestM / max(c, kFinestM);
@@ -279,18 +279,18 @@ NEPHELE_FN vec2 matter_over_base(CloudParticle particle) {
 }
 
 // The gains that give base and upper particles together the matter and centre of mass that the columns have.
-NEPHELE_FN void find_gains(FrameConstants frame, CloudParams params, GridCell cell, NEPHELE_INOUT(CellCloud) cloud) {
+NEPHELE_FN void find_gains(CloudField field, CloudParams params, GridCell cell, NEPHELE_INOUT(CellCloud) cloud) {
   vec2 wanted = vec2(0.0f);
   for (int i = 0; i < 4; ++i) {
     float matter = cloud.core[i] > 0.0f ? column_density(cloud.core[i]) * cloud.height_m[i] : 0.0f;
     wanted += matter * vec2(1.0f, kColumnCenter * cloud.height_m[i]);
   }
   wanted *= kColumnFill * 0.25f * cell.size_m * cell.size_m;
-  vec2 base = matter_over_base(particle_over_base(frame, params, cell, cloud, 0u));
+  vec2 base = matter_over_base(particle_over_base(field, params, cell, cloud, 0u));
   vec2 upper = vec2(0.0f);
   uint bound = column_count(cloud.parts) + cloud.parts.crown;
   for (uint slot = 1u; slot < bound; ++slot)
-    upper += matter_over_base(particle_over_base(frame, params, cell, cloud, slot));
+    upper += matter_over_base(particle_over_base(field, params, cell, cloud, slot));
 
   float base_z = base.y / base.x;
   float upper_z = upper.y / max(upper.x, 1e-6f);
@@ -301,7 +301,7 @@ NEPHELE_FN void find_gains(FrameConstants frame, CloudParams params, GridCell ce
   cloud.upper_gain = upper.x > 0.0f ? min(kMaxGain, (1.0f - share) * wanted.x / upper.x) : 0.0f;
 }
 
-NEPHELE_FN CellCloud cell_cloud(FrameConstants frame, CloudParams params, GridCell cell) {
+NEPHELE_FN CellCloud cell_cloud(CloudField field, CloudParams params, GridCell cell) {
   CellCloud cloud;
   cloud.parts.levels = 0u;
   cloud.parts.turn = 0u;
@@ -317,7 +317,7 @@ NEPHELE_FN CellCloud cell_cloud(FrameConstants frame, CloudParams params, GridCe
   float covered = 0.0f;
   float edge_m = 0.0f;
   for (uint i = 0u; i < 4u; ++i) {
-    vec2 p = quadrant_place(frame, params, cell, i);
+    vec2 p = quadrant_place(field, params, cell, i);
     CloudSample s = cloud_sample(params, p);
     if (s.d <= 0.0f) continue;
     cloud.core[int(i)] = max(s.d, 1.0f / 255.0f);
@@ -338,9 +338,9 @@ NEPHELE_FN CellCloud cell_cloud(FrameConstants frame, CloudParams params, GridCe
 
   float c = cell.size_m;
   float levels = ceil((height - 0.5f * c) / (0.9f * c)) + 1.0f;
-  cloud.parts.levels = uint(clamp(levels, 1.0f, float(min(frame.layer_count, kMaxLevels))));
+  cloud.parts.levels = uint(clamp(levels, 1.0f, float(min(field.layer_count, kMaxLevels))));
   if (c > kFinestM) cloud.parts.levels = max(cloud.parts.levels, 2u);
-  uint lattice = ring_lattice(frame, cell.ring);
+  uint lattice = ring_lattice(field, cell.ring);
   if (edge_m > 1.1f * c && cloud.parts.levels > 1u) {
     uvec2 world = lattice_base(params.origin_index, lattice) + uvec2(cell.index);
     cloud.parts.turn = 1u + ((world.x ^ world.y) & 1u);
@@ -348,17 +348,17 @@ NEPHELE_FN CellCloud cell_cloud(FrameConstants frame, CloudParams params, GridCe
   vec2 slope = cell_slope(cloud, cell);
   float steepness = min(kCrownSteepest, sqrt(1.0f + dot(slope, slope)));
   float coarse = 1.0f - kFinestM / max(c, kFinestM);
-  uint h = cell_hash(frame, params, cell);
-  float crown = frame.crown_per_cell * (steepness + coarse) * 0.25f * covered + unit_float(hash_uint(h ^ kSlotSpread));
+  uint h = cell_hash(field, params, cell);
+  float crown = field.crown_per_cell * (steepness + coarse) * 0.25f * covered + unit_float(hash_uint(h ^ kSlotSpread));
   cloud.parts.crown = uint(min(crown, float(kMaxCrown)));
   cloud.parts.wisps = cell.ring == 0u && edge_m < 0.3f * cloud.radius_m ? 1u : 0u;
-  find_gains(frame, params, cell, cloud);
+  find_gains(field, params, cell, cloud);
   return cloud;
 }
 
-NEPHELE_FN CloudParticle cell_particle(FrameConstants frame, CloudParams params, GridCell cell, CellCloud cloud,
+NEPHELE_FN CloudParticle cell_particle(CloudField field, CloudParams params, GridCell cell, CellCloud cloud,
                                        uint slot) {
-  CloudParticle particle = particle_over_base(frame, params, cell, cloud, slot);
+  CloudParticle particle = particle_over_base(field, params, cell, cloud, slot);
   if (slot == 0u)
     particle.density *= cloud.base_gain;
   else if (slot < column_count(cloud.parts) + cloud.parts.crown)
@@ -370,19 +370,20 @@ NEPHELE_FN CloudParticle cell_particle(FrameConstants frame, CloudParams params,
   return particle;
 }
 
-// As the renderer keeps it: in render space, faded by the cell's level-of-detail weight.
-NEPHELE_FN Particle render_particle(FrameConstants frame, GridCell cell, CloudParticle made) {
+// As the renderer keeps it: in render space, faded by the cell's level-of-detail weight. source: the field's place
+// among the scene's sources of clouds.
+NEPHELE_FN Particle render_particle(FieldFrame frame, GridCell cell, CloudParticle made, uint source) {
   uint h = hash_uint(made.id);
   float u0 = unit_float(h);
   float u1 = unit_float(hash_next(h));
   float u2 = unit_float(hash_next(h));
   Particle particle;
   particle.center_m = render_from_grid(made.center_m, frame.camera_grid_m);
-  particle.extinction_per_m = frame.extinction_per_m * made.density * cell_weight(frame, cell);
+  particle.extinction_per_m = frame.field.extinction_per_m * made.density * cell_weight(frame, cell);
   particle.radius_m = made.radius_m;
   particle.yaw_rad = made.yaw_rad;
   particle.orientation = pack_orientation(random_rotation(u0, u1, u2));
-  particle.flags = kParticleDetail | (cell.ring << kParticleRingShift);
+  particle.flags = kParticleDetail | (cell.ring << kParticleRingShift) | (source << kParticleSourceShift);
   particle.base_m = made.base_m;
   particle.top_m = made.top_m;
   particle.radiance_per_sr = vec3(0.0f);

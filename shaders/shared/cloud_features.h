@@ -10,7 +10,6 @@
 NEPHELE_SHARED_BEGIN
 
 // Lattices, in cells per kOriginUnitM.
-NEPHELE_CONST(uint, kCloudLattices, 3u);
 NEPHELE_CONST(uint, kFeatureCells0, 39u);   // 2416 m
 NEPHELE_CONST(uint, kFeatureCells1, 90u);   // 1047 m
 NEPHELE_CONST(uint, kFeatureCells2, 208u);  //  453 m
@@ -51,7 +50,7 @@ struct CloudParams {
   uint seed;           // hashed
   float fullness;      // the c that gives the asked-for area fraction
   float deck;          // above -1: a closed layer grows between the clouds
-  float growth_turns;  // FrameConstants
+  float growth_turns;  // CloudField
   float base_m;
   float thickness_m;
   Weather weather;
@@ -194,42 +193,31 @@ NEPHELE_FN CloudFeature cloud_feature(CloudParams params, uint lattice, ivec2 ce
   return f;
 }
 
-// Without a weather map; where there is one, its placement is set afterwards.
-NEPHELE_FN CloudParams cloud_params(FrameConstants frame) {
+NEPHELE_FN CloudParams cloud_params(CloudField field) {
   CloudParams params;
-  params.origin_index = frame.origin_index;
-  params.seed = hash_uint(frame.seed);
-  params.fullness = fullness_for(frame.coverage);
-  params.deck = deck_for(frame.coverage);
-  params.growth_turns = frame.growth_turns;
-  params.base_m = frame.base_m;
-  params.thickness_m = frame.thickness_m;
-  params.weather.placement.size = ivec2(0);
-  params.weather.placement.base = ivec2(0);
-  params.weather.placement.offset = vec2(0.0f);
-  params.weather.placement.per_m = vec2(0.0f);
-  params.weather.coverage = frame.coverage;
+  params.origin_index = field.origin_index;
+  params.seed = hash_uint(field.seed);
+  params.fullness = fullness_for(field.coverage);
+  params.deck = deck_for(field.coverage);
+  params.growth_turns = field.growth_turns;
+  params.base_m = field.base_m;
+  params.thickness_m = field.thickness_m;
+  params.weather.placement = field.weather;
+  params.weather.coverage = field.coverage;
   return params;
 }
 
-// The part of a lattice that particles can ask for while the camera stays in its finest cell: a square around it.
-struct FeatureWindow {
-  ivec2 corner;  // lattice cell, counted from the grid origin
-  int side;
-  uint first;  // index of its first feature among all lattices'
-};
-
 // How far from the middle of the camera's finest cell the field is looked at, in rings up to the last one: inside cells
 // whose centre is within reach; the warp moves by kWarpM.
-NEPHELE_FN float looked_at_m(FrameConstants frame, uint last_ring) {
-  float reach_m = min(cloud_reach_m(frame), ring_reach_m(frame, last_ring));
-  return reach_m + ring_cell_m(frame, 0u) + 0.5f * ring_cell_m(frame, last_ring) + 1.5f * kWarpM;
+NEPHELE_FN float looked_at_m(CloudField field, uint last_ring) {
+  float reach_m = min(cloud_reach_m(field), ring_reach_m(field, last_ring));
+  return reach_m + ring_cell_m(field, 0u) + 0.5f * ring_cell_m(field, last_ring) + 1.5f * kWarpM;
 }
 
 // The cells of a lattice in a square of half side `reach` around the camera, and one more all round.
-NEPHELE_FN FeatureWindow window_within(FrameConstants frame, uint lattice, float reach, uint first) {
-  float finest_m = ring_cell_m(frame, 0u);
-  vec2 middle_m = vec2((float(frame.camera_cell.x) + 0.5f) * finest_m, (float(frame.camera_cell.y) + 0.5f) * finest_m);
+NEPHELE_FN FeatureWindow window_within(CloudField field, uint lattice, float reach, uint first) {
+  float finest_m = ring_cell_m(field, 0u);
+  vec2 middle_m = vec2((float(field.camera_cell.x) + 0.5f) * finest_m, (float(field.camera_cell.y) + 0.5f) * finest_m);
   float n = float(feature_cells(lattice));
   FeatureWindow window;
   window.corner = ivec2(floor((middle_m - vec2(reach)) * (n / kOriginUnitM))) - ivec2(1);
@@ -239,30 +227,30 @@ NEPHELE_FN FeatureWindow window_within(FrameConstants frame, uint lattice, float
 }
 NEPHELE_FN uint end_of(FeatureWindow window) { return window.first + uint(window.side * window.side); }
 
-NEPHELE_FN FeatureWindow feature_window(FrameConstants frame, uint lattice) {
-  float reach = looked_at_m(frame, frame.ring_count - 1u);
-  FeatureWindow window = window_within(frame, 0u, reach, 0u);
-  for (uint i = 1u; i <= lattice; ++i) window = window_within(frame, i, reach, end_of(window));
+NEPHELE_FN FeatureWindow feature_window(CloudField field, uint lattice) {
+  float reach = looked_at_m(field, field.ring_count - 1u);
+  FeatureWindow window = window_within(field, 0u, reach, 0u);
+  for (uint i = 1u; i <= lattice; ++i) window = window_within(field, i, reach, end_of(window));
   return window;
 }
 
 // Whether the features that reach into a cell of the lattice are listed beforehand. That pays where the field is asked
 // at several places of the cell: in rings whose cells are no larger than the lattice's.
-NEPHELE_FN float near_reach_m(FrameConstants frame, uint lattice) {
+NEPHELE_FN float near_reach_m(CloudField field, uint lattice) {
   uint ring = 0u;
-  while (ring + 1u < frame.ring_count && ring_cell_m(frame, ring + 1u) <= lattice_cell_m(feature_cells(lattice)))
+  while (ring + 1u < field.ring_count && ring_cell_m(field, ring + 1u) <= lattice_cell_m(feature_cells(lattice)))
     ++ring;
-  return looked_at_m(frame, ring);
+  return looked_at_m(field, ring);
 }
 
-NEPHELE_FN FeatureWindow near_window(FrameConstants frame, uint lattice) {
-  FeatureWindow window = window_within(frame, 0u, near_reach_m(frame, 0u), 0u);
-  for (uint i = 1u; i <= lattice; ++i) window = window_within(frame, i, near_reach_m(frame, i), end_of(window));
+NEPHELE_FN FeatureWindow near_window(CloudField field, uint lattice) {
+  FeatureWindow window = window_within(field, 0u, near_reach_m(field, 0u), 0u);
+  for (uint i = 1u; i <= lattice; ++i) window = window_within(field, i, near_reach_m(field, i), end_of(window));
   return window;
 }
 
-NEPHELE_FN uint feature_count(FrameConstants frame) { return end_of(feature_window(frame, kCloudLattices - 1u)); }
-NEPHELE_FN uint near_count(FrameConstants frame) { return end_of(near_window(frame, kCloudLattices - 1u)); }
+NEPHELE_FN uint feature_count(CloudField field) { return end_of(feature_window(field, kCloudLattices - 1u)); }
+NEPHELE_FN uint near_count(CloudField field) { return end_of(near_window(field, kCloudLattices - 1u)); }
 
 // A cell of the 3 x 3 neighbourhood, counted row by row.
 NEPHELE_CONST(uint, kWholeNeighbourhood, 0x1ffu);
@@ -286,7 +274,6 @@ NEPHELE_FN uint feature_slot(FeatureWindow window, ivec2 cell) {
 
 #ifdef __cplusplus
 static_assert(sizeof(PackedFeature) == 16);
-static_assert(sizeof(FeatureWindow) == 16);
 #endif
 
 NEPHELE_SHARED_END

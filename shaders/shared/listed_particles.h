@@ -1,5 +1,6 @@
-// Particles given by the scene file: kept on the device in a form that loses nothing however far out they lie, and
-// turned into render space every frame. They stand still in the world; the wind moves only the cloud field.
+// Particles that a scene or a file lists: kept on the device in a form that loses nothing however far out they lie, and
+// turned into render space every frame. A source that drifts with the wind is left alone here: its camera moves the
+// other way.
 #ifndef NEPHELE_SHARED_LISTED_PARTICLES_H
 #define NEPHELE_SHARED_LISTED_PARTICLES_H
 
@@ -19,26 +20,30 @@ struct SplitPlace {
   ivec2 unit;
 };
 
-struct ListedSource {
+struct PlacedParticle {
   SplitPlace place;
   vec3 radius_m;
   float yaw_rad;
   float extinction_per_m;  // times density
+  uint orientation;        // as in Particle
   uint flags;
+  float base_m;
+  float top_m;
   vec3 radiance_per_sr;
   uint id;
 };
 
-NEPHELE_FN Particle listed_particle(ListedSource source, vec3 offset_m, float camera_altitude_m) {
+// index: of the source among the scene's sources of clouds.
+NEPHELE_FN Particle listed_particle(PlacedParticle source, vec3 offset_m, float camera_altitude_m, uint index) {
   Particle particle;
   particle.center_m = render_from_offset(offset_m, camera_altitude_m);
   particle.extinction_per_m = source.extinction_per_m;
   particle.radius_m = source.radius_m;
   particle.yaw_rad = source.yaw_rad;
-  particle.orientation = kIdentityOrientation;
-  particle.flags = source.flags;
-  particle.base_m = kNoBaseM;
-  particle.top_m = camera_altitude_m + offset_m.z + source.radius_m.z;
+  particle.orientation = source.orientation;
+  particle.flags = source.flags | (index << kParticleSourceShift);
+  particle.base_m = source.base_m;
+  particle.top_m = source.top_m;
   particle.radiance_per_sr = source.radiance_per_sr;
   particle.id = source.id;
   return particle;
@@ -46,7 +51,7 @@ NEPHELE_FN Particle listed_particle(ListedSource source, vec3 offset_m, float ca
 
 #ifdef __cplusplus
 static_assert(sizeof(SplitPlace) == 32);
-static_assert(sizeof(ListedSource) == 72);
+static_assert(sizeof(PlacedParticle) == 84);
 
 inline SplitPlace split_place(dvec3 world_m) {
   const GridPlace place = grid_place(world_m);

@@ -1,7 +1,7 @@
 // Structures that the CPU and every pass share: scalar block layout, so C++ and GLSL agree field by field.
 // Spaces: *render space* has the world's axes (x east, y north, z up) and its origin at the camera, with the
-// planet's curvature applied; *grid space* has xy in metres from the snapped origin of the cloud field (world
-// minus wind drift) and z = altitude. See world.h for both mappings.
+// planet's curvature applied; *grid space* has xy in metres from a snapped origin in the air
+// (world minus wind drift) and z = altitude. See world.h for both mappings.
 #ifndef NEPHELE_SHARED_TYPES_H
 #define NEPHELE_SHARED_TYPES_H
 
@@ -9,16 +9,12 @@
 
 NEPHELE_SHARED_BEGIN
 
-NEPHELE_CONST(uint, kMaxRings, 8u);
-
 // Binding 0 of every pass: what is constant over one frame.
 struct FrameConstants {
   mat4 clip_from_render;  // projection * rotation; Vulkan clip space, y down, reverse-free depth unused
   mat4 render_from_clip;  // its inverse: direction of a pixel = normalize((M * vec4(ndc, 1, 1)).xyz)
-  vec3 camera_grid_m;     // camera in grid space; z = altitude
-  ivec2 camera_cell;      // the finest ring's cell that the camera is in (place_camera in ring_grid.h)
-  float growth_turns;  // of the clouds' cycle of growth and decay since time 0, [0, 1); below 0: they keep their size
-  vec3 sun_direction;  // unit, towards the sun, at the camera
+  vec3 camera_grid_m;     // camera in the air that drifts with the wind of the scene; z = altitude
+  vec3 sun_direction;     // unit, towards the sun, at the camera
   float sun_angular_radius_rad;
   vec3 sun_irradiance;  // top of the atmosphere
   float exposure;       // linear scale before tone mapping
@@ -28,34 +24,24 @@ struct FrameConstants {
   uvec2 layer_size_px;  // cloud layer: ceil(image / scale)
   uint scale;           // 1, 2 or 4
   uint ground_enabled;
-  // Cloud field
-  ivec2 origin_index;  // grid origin = origin_index * kOriginUnitM in cloud space
-  uint seed;
-  uint clouds_enabled;
-  float coverage;              // 0..1, the c of the field
-  float base_m;                // altitude of the flat bases
-  float thickness_m;           // height of the tallest clouds above the base
-  float extinction_per_m;      // peak extinction of a particle of density 1
-  float view_distance_m;       // clouds fade over its last fifth
-  uint ring_count;             // <= kMaxRings
-  uint ring_size_cells;        // cells along a ring's side, a multiple of 8
-  uint layer_count;            // particles stacked in a cell, base included
-  float inner_cell_m;          // cell size of ring 0, doubling per ring
-  float phase_g;               // asymmetry of the phase function
-  uint phase_function;         // 0 Henyey-Greenstein, 1 Cornette-Shanks
-  uint listed_particle_count;  // particles given by the scene file: the first ones of the particle buffer
+  // What all clouds of the scene together are (passes/sources/cloud_source.h)
+  float view_distance_m;  // of the source that reaches farthest
+  float clouds_top_m;     // altitude above which there is none
+  float ground_cover;     // share of the ground in their shadow under an overhead sun
+  float phase_g;          // asymmetry of the phase function
+  uint phase_function;    // 0 Henyey-Greenstein, 1 Cornette-Shanks
   // Light space: light_from_render * p_render = (u, v) across and w towards the sun, metres (light.h)
   mat3 light_from_render;
   uint host_scene;       // 1: a host has drawn what stands behind the clouds
   uint culling_enabled;  // 0: every particle counts as visible
-  float crown_per_cell;  // crown particles of a level cloud top in one cell; about 2.5 at full quality
 };
 
 // Particle.flags
-NEPHELE_CONST(uint, kParticleHomogeneous, 1u);  // constant extinction inside the ellipsoid
-NEPHELE_CONST(uint, kParticleEmissive, 2u);     // radiance_per_sr is the source colour; no lighting
-NEPHELE_CONST(uint, kParticleDetail, 4u);       // fine noise at its edges
-// bits 8..10: ring
+NEPHELE_CONST(uint, kParticleHomogeneous, 1u);   // constant extinction inside the ellipsoid
+NEPHELE_CONST(uint, kParticleEmissive, 2u);      // radiance_per_sr is the source colour; no lighting
+NEPHELE_CONST(uint, kParticleDetail, 4u);        // fine noise at its edges
+NEPHELE_CONST(uint, kParticleRingShift, 8u);     // bits 8 .. 10: the ring of a field's particle
+NEPHELE_CONST(uint, kParticleSourceShift, 16u);  // bits 16 .. 31: index of the source that made it
 
 struct Particle {
   vec3 center_m;           // render space
@@ -103,19 +89,24 @@ struct DrawParticle {
   float outward;          // factor of diffuse sunlight towards the eye (cloud_light.h)
 };
 
+// What one source of clouds has put into the particle buffer, and what passes may assume about its clouds.
+struct SourceRecord {
+  uint first;              // slot of its first particle
+  uint count;              // its particles, from there on
+  uint demand;             // what it would have put there with room enough
+  uvec3 groups;            // indirect dispatch: ceil(count / 64), 1, 1
+  float extinction_per_m;  // of its clouds where they are dense
+};
+
 // Counters and indirect arguments that the passes of a frame fill. demand may exceed the capacity; count never does.
 struct FrameCounters {
   uint particle_demand;
   uint particle_count;
-  uint cell_particle_count;  // of that: particles of the cloud field
-  uint kept_distance_bins;   // cells in farther bins than these found no room
   uint visible_demand;
   uint visible_count;
   uint tile_pair_demand;  // (light tile, particle) pairs
   uint tile_pair_count;
-  uint cell_count;          // occupied cells
   uint pairs_shaded;        // (pixel, particle) pairs that the tiled backend shaded
-  uvec3 thin_groups;        // indirect dispatch over the cells: nothing when all find room
   uvec3 particle_groups;    // indirect dispatch: ceil(particle_count / 64), 1, 1
   uvec3 visible_groups;     // indirect dispatch: ceil(visible_count / 64), 1, 1
   uvec3 tile_pair_groups;   // indirect dispatch over tile_pair_count (kit/pair_dispatch.glsl)
@@ -123,8 +114,6 @@ struct FrameCounters {
   uint screen_pair_demand;  // (screen tile, particle) pairs of the tiled backend
   uint screen_pair_count;
   uvec3 screen_pair_groups;  // indirect dispatch over screen_pair_count
-  uint found_cell_count;     // cells that may get a weight
-  uvec3 found_cell_groups;   // indirect dispatch: ceil(found_cell_count / 64), 1, 1
   uint rays_cut_short;       // threads of the tiled backend whose loops the driver ended
 };
 
@@ -134,6 +123,7 @@ NEPHELE_SHARED_END
 static_assert(sizeof(nephele::shared::Particle) == 64);
 static_assert(sizeof(nephele::shared::ParticleLight) == 48);
 static_assert(sizeof(nephele::shared::DrawParticle) == 160);
+static_assert(sizeof(nephele::shared::SourceRecord) == 28);
 #endif
 
 #endif

@@ -5,18 +5,9 @@
 #ifndef NEPHELE_SHARED_WEATHER_H
 #define NEPHELE_SHARED_WEATHER_H
 
-#include "prelude.h"
+#include "field_constants.h"
 
 NEPHELE_SHARED_BEGIN
-
-// Where a map lies in grid space. Whole texels are integers, so that a place 10 000 km out is as precise as one at
-// home.
-struct WeatherPlacement {
-  ivec2 size;   // texels along x and y; 0: there is no map
-  ivec2 base;   // the texel whose middle is south-west of the grid origin, or at it; rows counted from the south
-  vec2 offset;  // of the grid origin from that middle, texels in [0, 1)
-  vec2 per_m;   // texels a metre
-};
 
 struct Weather {
   WeatherPlacement placement;
@@ -77,9 +68,5 @@ inline WeatherPlacement weather_placement(ivec2 size, dvec2 corner_m, dvec2 exte
 #endif
 
 NEPHELE_SHARED_END
-
-#ifdef __cplusplus
-static_assert(sizeof(nephele::shared::WeatherPlacement) == 32);
-#endif
 
 #endif

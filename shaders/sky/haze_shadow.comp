@@ -17,8 +17,6 @@ layout(set = 0, binding = 3, rgba32f) uniform writeonly image3D haze_shadow;
 
 #include "kit/camera_rays.glsl"
 
-const float kCloudSlackM = 500.0;  // that particles of the field reach beyond base and thickness, by far
-
 void main() {
   uvec2 texel = gl_GlobalInvocationID.xy;
   if (texel.x >= kHazeShadowWidth || texel.y >= kHazeShadowHeight) return;
@@ -37,7 +35,6 @@ void main() {
   AirDensity d0 = air_density(h0);
   // A ray ends where it climbs above the clouds, since nothing is shadowed there, and where it is so far under the
   // ground that the next ray above it has met the ground too: a pixel between the two interpolates.
-  float top_m = frame.listed_particle_count > 0u ? 1.0e30 : frame.base_m + frame.thickness_m + kCloudSlackM;
   float texel_rad = 1.2 * length(pixel_direction(unit * vec2(frame.image_size_px) +
                                                      vec2(0.0, float(frame.image_size_px.y) / float(kHazeShadowHeight)),
                                                  frame.image_size_px) -
@@ -65,7 +62,7 @@ void main() {
               (medium.rayleigh_scattering_per_m * rayleigh + medium.aerosol_scattering_per_m * aerosol) *
               sun_transmittance(transmittance, h_middle, cosine_along_ray(h, mu, middle, frame.sun_direction.z, nu));
     through *= step_transmittance;
-    on = !(h0 > top_m && h1 > h0) && way_up_m > bottom_m;
+    on = !(h0 > frame.clouds_top_m && h1 > h0) && way_up_m > bottom_m;
     t0 = t1;
     h0 = h1;
     d0 = d1;

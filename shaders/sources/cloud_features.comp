@@ -1,12 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#include "shared/types.h"
 
 // Evaluates every feature that the frame's particles can ask for, once: each is looked up some hundred times.
 layout(local_size_x = 64) in;
 
-layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 #define WRITES_FEATURES
 #define READS_WEATHER 2
 #include "sources/cloud_features.glsl"
@@ -16,6 +14,6 @@ void main() {
   const uint i = gl_GlobalInvocationID.x;
   uint lattice;
   ivec2 cell;
-  if (!cell_of_slot(windows, i, lattice, cell)) return;
-  features[i] = pack_feature(cloud_feature(frame_cloud_params(), lattice, cell));
+  if (!cell_of_slot(constants.windows, i, lattice, cell)) return;
+  features[i] = pack_feature(cloud_feature(cloud_params(constants.frame.field), lattice, cell));
 }

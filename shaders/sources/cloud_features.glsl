@@ -1,23 +1,11 @@
-// What the cloud shaders share: the features around the camera, kept in a buffer. The including shader has declared
-// the uniform block `frame` (binding 0); the windows are the CPU's, so that writer and readers agree.
+// What the field's kernels share that look at features: the features around the camera, kept in a buffer.
 // Where READS_WEATHER is its binding, the weather map lies in a buffer too.
 #ifdef READS_WEATHER
 layout(scalar, set = 0, binding = READS_WEATHER) readonly buffer WeatherMap { uint weather_texels[]; };
 #define NEPHELE_WEATHER_TEXEL(weather, i) weather_texels[i]
 #endif
 #include "shared/cloud_features.h"
-
-layout(push_constant, scalar) uniform Push {
-  FeatureWindow windows[kCloudLattices];
-  FeatureWindow near_windows[kCloudLattices];
-  WeatherPlacement weather;
-};
-
-CloudParams frame_cloud_params() {
-  CloudParams params = cloud_params(frame);
-  params.weather.placement = weather;
-  return params;
-}
+#include "sources/field.glsl"
 
 // One of three, selected rather than indexed: the lattice differs from thread to thread.
 FeatureWindow window_of(FeatureWindow all[kCloudLattices], uint lattice) {
@@ -65,7 +53,8 @@ uvec3 feature_place(FeatureWindow window, FeatureWindow near, ivec2 cell) {
   return uvec3(feature_slot(window, cell), window.side, bits);
 }
 #define NEPHELE_FEATURE_PLACE uvec3
-#define NEPHELE_FEATURE_PLACE_OF(lattice, cell) feature_place(windows[lattice], near_windows[lattice], cell)
+#define NEPHELE_FEATURE_PLACE_OF(lattice, cell) \
+  feature_place(constants.windows[lattice], constants.near_windows[lattice], cell)
 #define NEPHELE_FEATURES_NEAR(lattice, place) (place).z
 #define NEPHELE_CLOUD_FEATURE(params, lattice, place, i) \
   feature_in((place).x + ((i) / 3u) * (place).y + (i) % 3u - (place).y - 1u)

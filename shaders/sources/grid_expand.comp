@@ -2,26 +2,30 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #include "shared/ring_grid.h"
+#include "shared/types.h"
+#include "sources/field.glsl"
 
-// Gives every particle slot its cell, so that the next step has one thread a particle; and settles how many there are.
-// Listed particles come first.
+// Gives every particle of the field its cell, so that the next step has one thread a particle; and adds the field's
+// particles to those of the sources before it.
 layout(local_size_x = 64) in;
 
-layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, set = 0, binding = 2) writeonly buffer ParticleCell { uint particle_cell[]; };
-layout(scalar, set = 0, binding = 3) buffer Counters { FrameCounters counters; };
-layout(push_constant) uniform Push { uint capacity; };
+layout(scalar, set = 0, binding = 3) writeonly buffer Counters { FrameCounters counters; };
+layout(scalar, set = 0, binding = 4) buffer Records { SourceRecord records[]; };
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
-  const uint cells = grid_cell_count(frame);
+  const uint cells = grid_cell_count(constants.frame.field);
   if (i == 0u) {
-    const uint count = min(frame.listed_particle_count + cell_first[cells], capacity);
-    counters.particle_count = count;
-    counters.particle_groups = uvec3((count + 63u) / 64u, 1u, 1u);
+    const uint count = min(cell_first[cells], constants.capacity);
+    records[constants.source].count = count;
+    records[constants.source].groups = uvec3((count + 63u) / 64u, 1u, 1u);
+    const uint all = records[constants.source].first + count;
+    counters.particle_count = all;
+    counters.particle_groups = uvec3((all + 63u) / 64u, 1u, 1u);
   }
   if (i >= cells) return;
-  const uint end = min(frame.listed_particle_count + cell_first[i + 1u], capacity);
-  for (uint slot = frame.listed_particle_count + cell_first[i]; slot < end; ++slot) particle_cell[slot] = i;
+  const uint end = min(cell_first[i + 1u], constants.capacity);
+  for (uint slot = cell_first[i]; slot < end; ++slot) particle_cell[slot] = i;
 }

@@ -10,19 +10,19 @@
 #include "tests/support/cloud_frame.h"
 
 using namespace nephele::shared;
-using nephele::test::cloud_frame;
+using nephele::test::cloud_field;
 
 namespace {
 
 // As the particle pass finds it in its buffer.
-CellCloud kept(const CellCloud& cloud, const GridCell& cell, const FrameConstants& frame) {
-  return unpack_cell(pack_cell(cloud, cell, frame.thickness_m), cell, frame.thickness_m);
+CellCloud kept(const CellCloud& cloud, const GridCell& cell, const CloudField& field) {
+  return unpack_cell(pack_cell(cloud, cell, field.thickness_m), cell, field.thickness_m);
 }
 
 // All particles of one ring over a square of 2 * half_m around the grid origin, whatever the camera.
-std::vector<CloudParticle> ring_particles(const FrameConstants& frame, uint ring, float half_m) {
-  const CloudParams params = cloud_params(frame);
-  const float cell_m = ring_cell_m(frame, ring);
+std::vector<CloudParticle> ring_particles(const CloudField& field, uint ring, float half_m) {
+  const CloudParams params = cloud_params(field);
+  const float cell_m = ring_cell_m(field, ring);
   const int half = static_cast<int>(half_m / cell_m);
   std::vector<CloudParticle> particles;
   for (int y = -half; y < half; ++y)
@@ -32,9 +32,9 @@ std::vector<CloudParticle> ring_particles(const FrameConstants& frame, uint ring
       cell.index = ivec2(x, y);
       cell.size_m = cell_m;
       cell.corner_m = vec2(cell.index) * cell_m;
-      const CellCloud cloud = kept(cell_cloud(frame, params, cell), cell, frame);
+      const CellCloud cloud = kept(cell_cloud(field, params, cell), cell, field);
       for (uint slot = 0; slot < particle_count(cloud.parts); ++slot) {
-        const CloudParticle particle = cell_particle(frame, params, cell, cloud, slot);
+        const CloudParticle particle = cell_particle(field, params, cell, cloud, slot);
         if (particle.density > 0.0f) particles.push_back(particle);
       }
     }
@@ -145,11 +145,11 @@ TEST_CASE("particles stand inside the cloud layer and near their cell") {
     for (uint ring = 0; ring < 4u; ++ring) {
       CAPTURE(thickness_m);
       CAPTURE(ring);
-      FrameConstants frame = cloud_frame();
-      frame.ring_count = 4;
-      frame.thickness_m = thickness_m;
-      const float cell_m = ring_cell_m(frame, ring);
-      const std::vector<CloudParticle> particles = ring_particles(frame, ring, 8000.0f);
+      CloudField field = cloud_field();
+      field.ring_count = 4;
+      field.thickness_m = thickness_m;
+      const float cell_m = ring_cell_m(field, ring);
+      const std::vector<CloudParticle> particles = ring_particles(field, ring, 8000.0f);
       REQUIRE(!particles.empty());
       uint bad_radius = 0, bad_density = 0, bad_place = 0, bad_top = 0;
       for (const CloudParticle& p : particles) {
@@ -181,14 +181,14 @@ TEST_CASE("adjacent rings agree in optical depth, transmittance and altitude") {
     std::vector<Columns> vertical(kRings), slanted(kRings);
     for (uint ring = sky.first_ring; ring < kRings; ++ring)
       for (uint seed = 11; seed < 11 + sky.regions; ++seed) {
-        FrameConstants frame = cloud_frame();
-        frame.ring_count = kRings;
-        frame.seed = seed;
-        frame.thickness_m = sky.thickness_m;
-        frame.coverage = sky.coverage;
-        const std::vector<CloudParticle> particles = ring_particles(frame, ring, 1.2f * kHalfM);
-        vertical[ring] += measure_columns(particles, kHalfM, frame.base_m);
-        slanted[ring] += measure_columns(particles, kHalfM, frame.base_m, 1.0f);
+        CloudField field = cloud_field();
+        field.ring_count = kRings;
+        field.seed = seed;
+        field.thickness_m = sky.thickness_m;
+        field.coverage = sky.coverage;
+        const std::vector<CloudParticle> particles = ring_particles(field, ring, 1.2f * kHalfM);
+        vertical[ring] += measure_columns(particles, kHalfM, field.base_m);
+        slanted[ring] += measure_columns(particles, kHalfM, field.base_m, 1.0f);
       }
     for (uint ring = sky.first_ring; ring + 1u < kRings; ++ring) {
       CAPTURE(sky.thickness_m);
@@ -210,14 +210,14 @@ TEST_CASE("adjacent rings agree in optical depth, transmittance and altitude") {
 }
 
 TEST_CASE("fewer layers keep columns closed") {
-  FrameConstants frame = cloud_frame();
-  frame.thickness_m = 2400.0f;
-  frame.layer_count = 7;
-  const Columns full = measure_columns(ring_particles(frame, 0, 8000.0f), 8000.0f, frame.base_m);
+  CloudField field = cloud_field();
+  field.thickness_m = 2400.0f;
+  field.layer_count = 7;
+  const Columns full = measure_columns(ring_particles(field, 0, 8000.0f), 8000.0f, field.base_m);
   for (const uint layers : {3u, 5u}) {
     CAPTURE(layers);
-    frame.layer_count = layers;
-    const Columns few = measure_columns(ring_particles(frame, 0, 8000.0f), 8000.0f, frame.base_m);
+    field.layer_count = layers;
+    const Columns few = measure_columns(ring_particles(field, 0, 8000.0f), 8000.0f, field.base_m);
     MESSAGE("layers ", layers, ": depth ", few.depth, " (", full.depth, "), transmittance ", few.transmittance, " (",
             full.transmittance, ")");
     // Depth is given by the gains, as long as they stay within their bound; transmittance by the extent.
@@ -227,29 +227,29 @@ TEST_CASE("fewer layers keep columns closed") {
 }
 
 TEST_CASE("the same cell has the same particles from every origin") {
-  const FrameConstants frame = cloud_frame();
-  FrameConstants shifted = frame;
-  shifted.origin_index = frame.origin_index + ivec2(1, 0);
-  const CloudParams params = cloud_params(frame), params_shifted = cloud_params(shifted);
+  const CloudField field = cloud_field();
+  CloudField shifted = field;
+  shifted.origin_index = field.origin_index + ivec2(1, 0);
+  const CloudParams params = cloud_params(field), params_shifted = cloud_params(shifted);
   uint same = 0, all = 0;
   for (uint ring = 0; ring < 3u; ++ring)
     for (int i = 0; i < 4000; ++i) {
-      const int per_unit = static_cast<int>(ring_lattice(frame, ring));
+      const int per_unit = static_cast<int>(ring_lattice(field, ring));
       GridCell a;
       a.ring = ring;
-      a.size_m = ring_cell_m(frame, ring);
+      a.size_m = ring_cell_m(field, ring);
       a.index = ivec2(i % 63 + per_unit / 2 - 30, i / 63 - 30);
       a.corner_m = vec2(a.index) * a.size_m;
       GridCell b = a;
       b.index.x -= per_unit;
       b.corner_m = vec2(b.index) * b.size_m;
-      const CellCloud cloud = cell_cloud(frame, params, a), cloud_shifted = cell_cloud(shifted, params_shifted, b);
+      const CellCloud cloud = cell_cloud(field, params, a), cloud_shifted = cell_cloud(shifted, params_shifted, b);
       if (cloud.parts.levels == 0u && cloud_shifted.parts.levels == 0u) continue;
       ++all;
       if (pack_parts(cloud.parts) != pack_parts(cloud_shifted.parts))
         continue;  // a threshold met exactly: rounding decides
       ++same;
-      const CloudParticle p = cell_particle(frame, params, a, cloud, particle_count(cloud.parts) - 1u);
+      const CloudParticle p = cell_particle(field, params, a, cloud, particle_count(cloud.parts) - 1u);
       const CloudParticle q =
           cell_particle(shifted, params_shifted, b, cloud_shifted, particle_count(cloud.parts) - 1u);
       CHECK(p.id == q.id);

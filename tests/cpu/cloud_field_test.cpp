@@ -10,15 +10,15 @@
 #include "tests/support/cloud_frame.h"
 
 using namespace nephele::shared;
-using nephele::test::cloud_frame;
+using nephele::test::cloud_field;
 
 namespace {
 
 CloudParams params_for(float coverage, uint seed) {
-  FrameConstants frame = cloud_frame();
-  frame.coverage = coverage;
-  frame.seed = seed;
-  return cloud_params(frame);
+  CloudField field = cloud_field();
+  field.coverage = coverage;
+  field.seed = seed;
+  return cloud_params(field);
 }
 
 // Share of 120 km by 120 km under clouds.
@@ -139,11 +139,11 @@ TEST_CASE("features keep their precision in a buffer") {
 }
 
 TEST_CASE("growth is periodic, slow and out of step, and keeps the coverage") {
-  FrameConstants frame = cloud_frame();
-  frame.coverage = 0.4f;
+  CloudField field = cloud_field();
+  field.coverage = 0.4f;
   const auto at = [&](float turns) {
-    frame.growth_turns = turns;
-    return cloud_params(frame);
+    field.growth_turns = turns;
+    return cloud_params(field);
   };
   std::mt19937 random(12);
   std::uniform_real_distribution<float> place(-60000.0f, 60000.0f);

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "engine/image_io.h"
+#include "engine/particle_set.h"
 #include "tests/support/support.h"
 
 using namespace nephele;
@@ -38,8 +39,14 @@ const char* const kFullScene = R"({
   "phase": {"function": "cs", "g": 0.7},
   "particles": [
     {"center_m": [0, 500, 1500], "radius_m": [100, 90, 60], "yaw_deg": 30, "density": 0.7,
-     "extinction_per_m": 0.05, "shape": "homogeneous", "radiance": [1, 0, 2]},
+     "extinction_per_m": 0.05, "shape": "homogeneous", "radiance": [1, 0, 2], "base_m": 1450, "top_m": 2000,
+     "orientation": [0, 0.6, 0, 0.8]},
     {}
+  ],
+  "sources": [
+    {"kind": "field", "seed": 9, "base_m": 3000},
+    {"kind": "particles", "particles": [{"radius_m": [10, 20, 30]}, {}], "at_m": [5, 6, 7],
+     "heading_deg": 90, "scale": 2, "drifts": true, "wind_m_per_s": [3, -4]}
   ]
 })";
 
@@ -80,8 +87,95 @@ TEST_CASE("scene: every key arrives, in SI units and radians") {
   CHECK(particle.shape == ParticleShape::homogeneous);
   REQUIRE(particle.radiance.has_value());
   CHECK(*particle.radiance == glm::vec3(1, 0, 2));
+  CHECK(particle.base_m == 1450.0f);
+  CHECK(particle.top_m == 2000.0f);
+  REQUIRE(particle.orientation.has_value());
+  CHECK(glm::length(*particle.orientation - glm::vec4(0, 0.6f, 0, 0.8f)) < 1e-6f);
   CHECK(scene.particles[1].shape == ParticleShape::reference);
   CHECK_FALSE(scene.particles[1].radiance.has_value());
+  CHECK_FALSE(scene.particles[1].base_m.has_value());
+  CHECK_FALSE(scene.particles[1].top_m.has_value());
+  CHECK_FALSE(scene.particles[1].orientation.has_value());
+  REQUIRE(scene.sources.size() == 2);
+  const auto& field = std::get<CloudSettings>(scene.sources[0]);
+  CHECK(field.seed == 9);
+  CHECK(field.base_m == 3000.0f);
+  CHECK(field.coverage == CloudSettings{}.coverage);
+  const auto& group = std::get<ParticleGroup>(scene.sources[1]);
+  CHECK(group.name == "particles");
+  REQUIRE(group.particles.size() == 2);
+  CHECK(group.particles[0].radius_m == glm::vec3(10, 20, 30));
+  CHECK(group.placement.at_m == glm::dvec3(5, 6, 7));
+  CHECK(group.placement.heading_rad == doctest::Approx(90 * kDegree));
+  CHECK(group.placement.scale == 2.0);
+  CHECK(group.placement.drifts);
+  REQUIRE(group.placement.wind_m_per_s.has_value());
+  CHECK(*group.placement.wind_m_per_s == glm::dvec2(3, -4));
+  REQUIRE(cloud_fields(scene).size() == 2);
+  CHECK(cloud_fields(scene)[1]->seed == 9);
+}
+
+TEST_CASE("scene: a set and a field's map are found beside the scene file") {
+  const test::TempDirectory dir;
+  ParticleSet set;
+  set.base_m = 10.0f;
+  set.top_m = 90.0f;
+  set.particles.push_back({.center_m = {1, 2, 3}, .diagonal_m = {30, 20, 10}});
+  REQUIRE(save_particle_set(dir / "cloud.json", set));
+  REQUIRE(write_png(dir / "map.png", 1, 1, std::vector<std::uint8_t>{128, 255, 0, 255}));
+  const auto load = [&](const std::string& text) {
+    test::write_file(dir / "scene.json", text);
+    return load_scene(dir / "scene.json");
+  };
+  const Result<Scene> scene = load(R"({"sources": [
+    {"kind": "set", "file": "cloud.json", "at_m": [100, 0, 1000]},
+    {"kind": "field", "weather_map": {"file": "map.png", "origin_m": [0, 0], "extent_m": [1000, 1000]}}]})");
+  if (!scene) FAIL(scene.error().message);
+  CHECK_FALSE(scene->clouds.has_value());
+  const auto& group = std::get<ParticleGroup>(scene->sources[0]);
+  CHECK(group.name == "set");
+  CHECK(group.placement.drifts);
+  REQUIRE(group.particles.size() == 1);
+  CHECK(group.particles[0].center_m == glm::dvec3(1, 2, 3));
+  CHECK(group.particles[0].radius_m == glm::vec3(30, 20, 10));
+  CHECK(group.particles[0].base_m == 10.0f);
+  CHECK(std::get<CloudSettings>(scene->sources[1]).weather_map->texels[0] == glm::u8vec2(128, 255));
+
+  const std::string path = dir / "scene.json";
+  const auto fault = [&](const std::string& text) {
+    const Result<Scene> refused = load(text);
+    return refused ? "accepted" : refused.error().message;
+  };
+  CHECK(fault(R"({"sources": [{"kind": "set", "file": "absent.json"}]})").find(path + ": sources[0].file: ") == 0);
+  set.particles[0].off_diagonal_m.z = 1.0f;
+  REQUIRE(save_particle_set(dir / "tilted.json", set));
+  CHECK(fault(R"({"sources": [{"kind": "field"}, {"kind": "set", "file": "tilted.json"}]})") ==
+        path + ": sources[1].file: " + (dir / "tilted.json") +
+            ": particle 0 is tilted: shape_xz is 0, shape_yz is 1; accepted: 0");
+}
+
+TEST_CASE("scene: each fault of a source is one line") {
+  CHECK(complaint(R"({"sources": [{}]})") == "scene.json: sources[0].kind is missing");
+  CHECK(complaint(R"({"sources": [{"kind": "fog"}]})") ==
+        "scene.json: sources[0].kind is \"fog\"; accepted: \"set\", \"field\", \"particles\"");
+  CHECK(complaint(R"({"sources": [{"kind": "set"}]})") == "scene.json: sources[0].file is missing");
+  CHECK(complaint(R"({"sources": [{"kind": "particles"}]})") == "scene.json: sources[0].particles is missing");
+  CHECK(complaint(R"({"sources": [{"kind": "set", "file": "x.json", "scale": 0}]})") ==
+        "scene.json: sources[0].scale is 0; accepted: a number from 0.001 to 1000");
+  CHECK(complaint(R"({"sources": [{"kind": "field", "at_m": [0, 0, 0]}]})")
+            .find("scene.json: unknown key sources[0].at_m; accepted: kind, seed") == 0);
+  CHECK(complaint(R"({"sources": [{"kind": "particles", "particles": [], "coverage": 1}]})")
+            .find("scene.json: unknown key sources[0].coverage; accepted: kind, particles, at_m, heading_deg, scale, "
+                  "drifts, "
+                  "wind_m_per_s") == 0);
+  CHECK(complaint(R"({"particles": [{"base_m": 100, "top_m": 99}]})") ==
+        "scene.json: particles[0].top_m is 99; accepted: base_m or more");
+  CHECK(complaint(R"({"particles": [{"orientation": [1, 1, 0, 0]}]})") ==
+        "scene.json: particles[0].orientation is [1,1,0,0]; accepted: a unit quaternion x, y, z, w");
+  CHECK(complaint(R"({"particles": [{"orientation": [0, 0, 0, 0]}]})").find("a unit quaternion") != std::string::npos);
+  std::string many = R"({"sources": [)";
+  for (int i = 0; i < 65; ++i) many += std::string(i > 0 ? "," : "") + R"({"kind": "field"})";
+  CHECK(complaint(many + "]}").find("accepted: an array of at most 64 objects") != std::string::npos);
 }
 
 TEST_CASE("scene: absent keys keep their defaults") {
@@ -119,6 +213,8 @@ TEST_CASE("scene: which of clouds and listed particles are drawn") {
   CHECK_FALSE(parse(R"({"particles": []})").clouds.has_value());
   CHECK_FALSE(parse(R"({"particles": [{}]})").clouds.has_value());
   CHECK(parse(R"({"particles": [{}], "clouds": {}})").clouds.has_value());
+  CHECK_FALSE(parse(R"({"sources": []})").clouds.has_value());
+  CHECK(parse(R"({"sources": [], "clouds": {}})").clouds.has_value());
 }
 
 TEST_CASE("scene: 65 536 particles and 10 000 km are within limits") {
@@ -140,7 +236,7 @@ TEST_CASE("scene: errors name file, key path, value and what is accepted") {
   CHECK(complaint(R"({"cloud": {}})") ==
         "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, exposure_ev, "
         "clouds, phase, "
-        "particles");
+        "particles, sources");
   CHECK(complaint(R"({"camera": {"position_m": [0, 0]}})") ==
         "scene.json: camera.position_m is [0,0]; accepted: an array of 3 numbers");
   CHECK(complaint(R"({"camera": {"position_m": [0, 0, -1]}})") ==

@@ -12,7 +12,7 @@
 #include "tests/support/cloud_frame.h"
 
 using namespace nephele::shared;
-using nephele::test::cloud_frame;
+using nephele::test::cloud_field;
 
 namespace {
 
@@ -34,10 +34,10 @@ Map uniform_map(uint coverage, uint type) {
 }
 
 CloudParams params_under(const Map& map, uint seed, float coverage_beyond = 0.25f) {
-  FrameConstants frame = cloud_frame();
-  frame.seed = seed;
-  frame.coverage = coverage_beyond;
-  CloudParams params = cloud_params(frame);
+  CloudField field = cloud_field();
+  field.seed = seed;
+  field.coverage = coverage_beyond;
+  CloudParams params = cloud_params(field);
   params.weather = map.seen_from(dvec2(0), coverage_beyond);
   return params;
 }

@@ -6,6 +6,8 @@
 
 #include "engine/kernel.h"
 #include "nephele_shaders.h"
+#include "shared/field_constants.h"
+#include "shared/listed_particles.h"
 #include "shared/types.h"
 
 using namespace nephele;
@@ -41,8 +43,6 @@ TEST_CASE("FrameConstants") {
                {MEMBER(FrameConstants, clip_from_render),
                 MEMBER(FrameConstants, render_from_clip),
                 MEMBER(FrameConstants, camera_grid_m),
-                MEMBER(FrameConstants, camera_cell),
-                MEMBER(FrameConstants, growth_turns),
                 MEMBER(FrameConstants, sun_direction),
                 MEMBER(FrameConstants, sun_angular_radius_rad),
                 MEMBER(FrameConstants, sun_irradiance),
@@ -53,25 +53,14 @@ TEST_CASE("FrameConstants") {
                 MEMBER(FrameConstants, layer_size_px),
                 MEMBER(FrameConstants, scale),
                 MEMBER(FrameConstants, ground_enabled),
-                MEMBER(FrameConstants, origin_index),
-                MEMBER(FrameConstants, seed),
-                MEMBER(FrameConstants, clouds_enabled),
-                MEMBER(FrameConstants, coverage),
-                MEMBER(FrameConstants, base_m),
-                MEMBER(FrameConstants, thickness_m),
-                MEMBER(FrameConstants, extinction_per_m),
                 MEMBER(FrameConstants, view_distance_m),
-                MEMBER(FrameConstants, ring_count),
-                MEMBER(FrameConstants, ring_size_cells),
-                MEMBER(FrameConstants, layer_count),
-                MEMBER(FrameConstants, inner_cell_m),
+                MEMBER(FrameConstants, clouds_top_m),
+                MEMBER(FrameConstants, ground_cover),
                 MEMBER(FrameConstants, phase_g),
                 MEMBER(FrameConstants, phase_function),
-                MEMBER(FrameConstants, listed_particle_count),
                 MEMBER(FrameConstants, light_from_render),
                 MEMBER(FrameConstants, host_scene),
-                MEMBER(FrameConstants, culling_enabled),
-                MEMBER(FrameConstants, crown_per_cell)});
+                MEMBER(FrameConstants, culling_enabled)});
 }
 
 TEST_CASE("Particle") {
@@ -102,33 +91,55 @@ TEST_CASE("DrawParticle") {
 }
 
 TEST_CASE("FrameCounters") {
-  check_layout(shaders::prepare_draw_comp, "FrameCounters",
-               {MEMBER(FrameCounters, particle_demand),
-                MEMBER(FrameCounters, particle_count),
-                MEMBER(FrameCounters, cell_particle_count),
-                MEMBER(FrameCounters, kept_distance_bins),
-                MEMBER(FrameCounters, visible_demand),
-                MEMBER(FrameCounters, visible_count),
-                MEMBER(FrameCounters, tile_pair_demand),
-                MEMBER(FrameCounters, tile_pair_count),
-                MEMBER(FrameCounters, cell_count),
-                MEMBER(FrameCounters, pairs_shaded),
-                MEMBER(FrameCounters, thin_groups),
-                MEMBER(FrameCounters, particle_groups),
-                MEMBER(FrameCounters, visible_groups),
-                MEMBER(FrameCounters, tile_pair_groups),
-                MEMBER(FrameCounters, draw),
-                MEMBER(FrameCounters, screen_pair_demand),
-                MEMBER(FrameCounters, screen_pair_count),
-                MEMBER(FrameCounters, screen_pair_groups),
-                MEMBER(FrameCounters, found_cell_count),
-                MEMBER(FrameCounters, found_cell_groups),
-                MEMBER(FrameCounters, rays_cut_short)});
+  check_layout(
+      shaders::prepare_draw_comp, "FrameCounters",
+      {MEMBER(FrameCounters, particle_demand), MEMBER(FrameCounters, particle_count),
+       MEMBER(FrameCounters, visible_demand), MEMBER(FrameCounters, visible_count),
+       MEMBER(FrameCounters, tile_pair_demand), MEMBER(FrameCounters, tile_pair_count),
+       MEMBER(FrameCounters, pairs_shaded), MEMBER(FrameCounters, particle_groups),
+       MEMBER(FrameCounters, visible_groups), MEMBER(FrameCounters, tile_pair_groups), MEMBER(FrameCounters, draw),
+       MEMBER(FrameCounters, screen_pair_demand), MEMBER(FrameCounters, screen_pair_count),
+       MEMBER(FrameCounters, screen_pair_groups), MEMBER(FrameCounters, rays_cut_short)});
+}
+
+TEST_CASE("SourceRecord") {
+  check_layout(shaders::prepare_draw_comp, "SourceRecord",
+               {MEMBER(SourceRecord, first), MEMBER(SourceRecord, count), MEMBER(SourceRecord, demand),
+                MEMBER(SourceRecord, groups), MEMBER(SourceRecord, extinction_per_m)});
+}
+
+TEST_CASE("CloudField and what lies around it") {
+  check_layout(
+      shaders::particles_comp, "CloudField",
+      {MEMBER(CloudField, origin_index), MEMBER(CloudField, camera_cell), MEMBER(CloudField, growth_turns),
+       MEMBER(CloudField, seed), MEMBER(CloudField, coverage), MEMBER(CloudField, base_m),
+       MEMBER(CloudField, thickness_m), MEMBER(CloudField, extinction_per_m), MEMBER(CloudField, view_distance_m),
+       MEMBER(CloudField, ring_count), MEMBER(CloudField, ring_size_cells), MEMBER(CloudField, layer_count),
+       MEMBER(CloudField, inner_cell_m), MEMBER(CloudField, crown_per_cell), MEMBER(CloudField, weather)});
+  check_layout(shaders::particles_comp, "WeatherPlacement",
+               {MEMBER(WeatherPlacement, size), MEMBER(WeatherPlacement, base), MEMBER(WeatherPlacement, offset),
+                MEMBER(WeatherPlacement, per_m)});
+  check_layout(shaders::particles_comp, "FieldFrame", {MEMBER(FieldFrame, field), MEMBER(FieldFrame, camera_grid_m)});
+  check_layout(shaders::particles_comp, "FieldConstants",
+               {MEMBER(FieldConstants, frame), MEMBER(FieldConstants, windows), MEMBER(FieldConstants, near_windows),
+                MEMBER(FieldConstants, source), MEMBER(FieldConstants, capacity)});
+  check_layout(shaders::grid_fit_comp, "FieldCounters",
+               {MEMBER(FieldCounters, kept_distance_bins), MEMBER(FieldCounters, cell_count),
+                MEMBER(FieldCounters, cell_particle_count), MEMBER(FieldCounters, found_cell_count),
+                MEMBER(FieldCounters, found_cell_groups), MEMBER(FieldCounters, thin_groups)});
+}
+
+TEST_CASE("PlacedParticle") {
+  check_layout(shaders::listed_particles_comp, "PlacedParticle",
+               {MEMBER(PlacedParticle, place), MEMBER(PlacedParticle, radius_m), MEMBER(PlacedParticle, yaw_rad),
+                MEMBER(PlacedParticle, extinction_per_m), MEMBER(PlacedParticle, orientation),
+                MEMBER(PlacedParticle, flags), MEMBER(PlacedParticle, base_m), MEMBER(PlacedParticle, top_m),
+                MEMBER(PlacedParticle, radiance_per_sr), MEMBER(PlacedParticle, id)});
 }
 
 TEST_CASE("reflection tells bindings and their direction") {
   const Reflection reflection = reflect(shaders::prepare_draw_comp);
-  REQUIRE(reflection.bindings.size() == 8);
+  REQUIRE(reflection.bindings.size() == 9);
   CHECK(reflection.bindings[0].type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
   CHECK(reflection.bindings[1].type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
   CHECK((reflection.bindings[2].reads && !reflection.bindings[2].writes));

@@ -34,7 +34,7 @@ TEST_CASE("the haze of a world in shadow lacks exactly its single scattering") {
   Device& device = test::test_device();
   FrameConstants constants = test::sky_constants(
       {.altitude_m = 1500, .yaw_deg = 60, .pitch_deg = 5, .sun_elevation_deg = 25, .ground = false});
-  constants.base_m = 90000.0f;  // so that no ray ends above the clouds, and without a ground none ends there
+  constants.clouds_top_m = 90000.0f;  // so that no ray ends above the clouds, and without a ground none ends there
   Buffer buffer(device, "constants", sizeof constants);
   buffer.write(std::as_bytes(std::span(&constants, 1)));
   const Image shadow = uniform_shadow(device, 1.0f, 90000.0f);  // above everything within reach

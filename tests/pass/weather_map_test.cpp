@@ -8,18 +8,16 @@
 #include <vector>
 
 #include "passes/nephele.h"
-#include "passes/sources/cell_source.h"
 #include "shared/cell_particles.h"
-#include "tests/support/cloud_frame.h"
+#include "tests/support/field_run.h"
 #include "tests/support/test_device.h"
 #include "tests/support/test_tables.h"
 
 using namespace nephele;
-using nephele::shared::FrameConstants;
+using nephele::shared::FieldFrame;
 using nephele::shared::FrameCounters;
 using nephele::test::cloud_frame;
-using nephele::test::test_device;
-using nephele::test::test_kernels;
+using nephele::test::FieldRun;
 using nephele::test::test_sky;
 
 namespace {
@@ -66,35 +64,27 @@ Frame frame_of(Renderer& renderer, const CameraState& camera, double time_s) {
 }  // namespace
 
 TEST_CASE("particles follow the map: none where it is clear, all where it is closed, half in between") {
-  FrameConstants constants = cloud_frame();
-  constants.coverage = 0.0f;
-  constants.ring_count = 2;
-  constants.view_distance_m = 18000.0f;
+  FieldFrame frame = cloud_frame();
+  frame.field.coverage = 0.0f;
+  frame.field.ring_count = 2;
+  frame.field.view_distance_m = 18000.0f;
   const WeatherMap map = three_bands();
-  const shared::WeatherPlacement placement =
-      shared::weather_placement({map.width, map.height}, map.origin_m, map.extent_m, glm::dvec2(0.0));
-  Workshop make_pass(test_kernels());
-  CloudParticles pass(make_pass, constants, {}, 0, &map);
-  Buffer buffer(test_device(), "frame_constants", sizeof(FrameConstants));
+  frame.field.weather = shared::weather_placement({map.width, map.height}, map.origin_m, map.extent_m, glm::dvec2(0.0));
+  FieldRun field(frame, 0, &map);
   std::vector<double> looked(3), occupied(3), expected(3);
   for (const std::uint32_t seed : {3u, 4u, 5u, 6u}) {
-    constants.seed = seed;
-    FrameBuilder frame(test_device());
-    frame.update("frame_constants", buffer, as_push(constants));
-    const CloudParticles::Outputs outputs = pass.add(frame, constants, buffer, glm::dvec3(0), placement);
-    FrameExecutor(test_device()).run(frame);
-    const auto counters = outputs.counters.read_vector<FrameCounters>(1)[0];
+    frame.field.seed = seed;
+    const FrameCounters counters = field.run(frame).counters;
     CHECK(counters.particle_demand == counters.particle_count);
-    const auto first = pass.grid().cell_first.read_vector<std::uint32_t>(shared::grid_cell_count(constants) + 1);
+    const auto first = field.grid().cell_first.read_vector<std::uint32_t>(shared::grid_cell_count(frame.field) + 1);
     std::vector<std::uint32_t> texels;
     for (const glm::u8vec2 t : map.texels) texels.push_back(t.x | std::uint32_t{t.y} << 8);
-    shared::CloudParams params = shared::cloud_params(constants);
-    params.weather.placement = placement;
+    shared::CloudParams params = shared::cloud_params(frame.field);
     params.weather.texels = texels.data();
     for (std::uint32_t i = 0; i + 1 < first.size(); ++i) {
-      const shared::GridCell cell = shared::grid_cell(constants, i);
+      const shared::GridCell cell = shared::grid_cell(frame.field, i);
       const float x = cell.corner_m.x + 0.5f * cell.size_m;
-      if (shared::cell_weight(constants, cell) <= 0.0f || std::abs(x) > 17000.0f) continue;
+      if (shared::cell_weight(frame, cell) <= 0.0f || std::abs(x) > 17000.0f) continue;
       // A texel and the widest reach of a cloud away from the borders between bands.
       const std::size_t band = x < -8500.0f ? 0 : x > 7500.0f ? 2 : std::abs(x) < 4500.0f ? 1 : 3;
       if (band == 3) continue;
@@ -102,7 +92,7 @@ TEST_CASE("particles follow the map: none where it is clear, all where it is clo
       occupied[band] += first[i + 1] > first[i];
       if (i % 7 == 0)
         expected[band] +=
-            7.0 * static_cast<double>(shared::covered_share(shared::cell_cloud(constants, params, cell).core));
+            7.0 * static_cast<double>(shared::covered_share(shared::cell_cloud(frame.field, params, cell).core));
     }
   }
   for (std::size_t band = 0; band < 3; ++band) {

@@ -92,7 +92,8 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
       particle_buffer(device, "particles", VkDeviceSize{room} * sizeof(shared::Particle)),
       visible(device, "visible", VkDeviceSize{room} * 4), order(device, "order", VkDeviceSize{room} * 4),
       lights(device, "lights", VkDeviceSize{room} * sizeof(shared::ParticleLight)),
-      counters(device, "counters", sizeof(shared::FrameCounters));
+      counters(device, "counters", sizeof(shared::FrameCounters)),
+      records(device, "source_records", sizeof(shared::SourceRecord));
   Image sky(device, "sky", {VK_FORMAT_R32G32B32A32_SFLOAT, 1, 1});
   shared::FrameConstants values = layer_constants(camera, size);
   values.host_scene = scene_m != nullptr;
@@ -120,7 +121,7 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
   for (int run = 0; run < runs; ++run) {
     counters.write_vector(std::vector{counts});
     FrameBuilder frame(device);
-    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, sky, noise.image(), host});
+    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, records, sky, noise.image(), host});
     executor.run(frame);
     double ms = 0;
     for (const PassTime& pass : executor.pass_times())

@@ -41,7 +41,6 @@ inline shared::FrameConstants sky_constants(const SkyView& view) {
   frame.clip_from_render = matrices.clip_from_render;
   frame.render_from_clip = matrices.render_from_clip;
   frame.camera_grid_m = place.grid_m;
-  frame.origin_index = place.origin_index;
   frame.sun_direction = sun;
   frame.sun_angular_radius_rad = shared::kSunRadiusRad;
   frame.sun_irradiance = glm::vec3(1.0f);
@@ -52,6 +51,7 @@ inline shared::FrameConstants sky_constants(const SkyView& view) {
   frame.image_size_px = frame.layer_size_px = {view.width, view.height};
   frame.scale = 1;
   frame.view_distance_m = 80000;
+  frame.clouds_top_m = 1e30f;
   frame.light_from_render = shared::make_light_from_render(sun);
   return frame;
 }

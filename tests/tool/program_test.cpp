@@ -192,6 +192,10 @@ TEST_CASE("program: a small render as PNG, EXR, layers and statistics") {
   CHECK(stats["particles_generated"] > 0);
   CHECK(stats["particles_visible"] <= stats["particles_generated"]);
   for (const auto& [buffer, lost] : stats["overflow"].items()) CHECK_MESSAGE(lost == 0, buffer);
+  REQUIRE(stats.at("sources").size() == 1);
+  CHECK(stats["sources"][0].at("name") == "field");
+  CHECK(stats["sources"][0].at("particles_generated") == stats["particles_generated"]);
+  CHECK(stats["sources"][0].at("overflow") == 0);
   CHECK(stats["frame_ms"]["min"] <= stats["frame_ms"]["median"]);
   CHECK(stats["frame_ms"]["median"] <= stats["frame_ms"]["p95"]);
   CHECK(stats["gpu_memory_bytes"] > 0);

@@ -1,5 +1,5 @@
-// Tables on disk: one NumPy .npy array (format 1.0, C order) with a JSON file beside it that says what the array is.
-// Both are written under temporary names and renamed, JSON last: a table exists once its JSON does.
+// Arrays on disk: one NumPy .npy array (format 1.0, C order) with a JSON file beside it that says what the array is.
+// Both are written under temporary names and renamed, JSON last: an array exists once its JSON does.
 #pragma once
 
 #include <cstddef>

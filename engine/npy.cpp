@@ -1,4 +1,4 @@
-#include "lut/npy.h"
+#include "engine/npy.h"
 
 #include <unistd.h>
 

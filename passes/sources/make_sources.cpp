@@ -1,0 +1,89 @@
+// The one place that names the kinds of sources.
+#include <algorithm>
+#include <map>
+
+#include "passes/nephele.h"
+#include "passes/sources/cell_source.h"
+#include "passes/sources/cloud_source.h"
+#include "passes/sources/listed_source.h"
+
+namespace nephele {
+namespace {
+
+struct Preset {
+  std::uint32_t ring_size_cells, layer_count;
+  float crown_per_cell;
+};
+
+// [Yusov14] Table 1. Its 2, 4 and 6 layers stand on a base particle here, so that caps can close over flat bases.
+Preset preset(Quality quality) {
+  switch (quality) {
+    case Quality::low:
+      return {104, 3, 1.2f};
+    case Quality::medium:
+      return {136, 5, 2.5f};
+    case Quality::high:
+      return {184, 7, 2.5f};
+  }
+  return {};
+}
+
+FieldGrid field_grid(const RenderSettings& settings) {
+  const Preset of_quality = preset(settings.quality);
+  return {settings.ring_size_cells > 0 ? settings.ring_size_cells : of_quality.ring_size_cells,
+          settings.layer_count > 0 ? settings.layer_count : of_quality.layer_count, of_quality.crown_per_cell};
+}
+
+class Maker {
+ public:
+  Maker(Workshop& make, const Scene& scene, const RenderSettings& settings)
+      : make_(make), scene_(scene), settings_(settings), room_(most_particles(make.device())) {}
+
+  void add(const CloudSettings& clouds) {
+    if (clouds.coverage <= 0.0f && !clouds.weather_map) return;
+    keep(std::make_unique<CellSource>(make_, unused("field"), clouds, field_grid(settings_), scene_.world_origin_m,
+                                      room_));
+  }
+  void add(const ParticleGroup& group) {
+    if (group.particles.empty()) return;
+    keep(std::make_unique<ListedSource>(make_, unused(group.name), group, scene_wind_m_per_s(scene_),
+                                        scene_.world_origin_m, room_));
+  }
+  std::vector<std::unique_ptr<CloudSource>> made() { return std::move(made_); }
+
+ private:
+  // "field", "field_2", ...
+  std::string unused(const std::string& kind) {
+    const int number = ++numbers_[kind];
+    return number == 1 ? kind : kind + '_' + std::to_string(number);
+  }
+  void keep(std::unique_ptr<CloudSource> source) {
+    room_ -= std::min(room_, source->capacity());
+    made_.push_back(std::move(source));
+  }
+
+  Workshop& make_;
+  const Scene& scene_;
+  const RenderSettings& settings_;
+  std::uint32_t room_;  // for particles of further sources
+  std::map<std::string, int> numbers_;
+  std::vector<std::unique_ptr<CloudSource>> made_;
+};
+
+}  // namespace
+
+std::vector<std::unique_ptr<CloudSource>> make_sources(Workshop& make, const Scene& scene,
+                                                       const RenderSettings& settings) {
+  Maker maker(make, scene, settings);
+  maker.add(ParticleGroup{.particles = scene.particles});
+  if (scene.clouds) maker.add(*scene.clouds);
+  for (const SceneSource& source : scene.sources) std::visit([&](const auto& kind) { maker.add(kind); }, source);
+  return maker.made();
+}
+
+glm::dvec2 scene_wind_m_per_s(const Scene& scene) {
+  const std::vector<const CloudSettings*> fields = cloud_fields(scene);
+  return fields.empty() ? glm::dvec2(0.0) : fields.front()->wind_m_per_s;
+}
+
+}  // namespace nephele

@@ -1,0 +1,27 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "shared/types.h"
+
+// Gives a source whose number of particles the CPU knows the slots after those of the sources before it. One thread.
+layout(local_size_x = 1) in;
+
+layout(scalar, set = 0, binding = 0) buffer Counters { FrameCounters counters; };
+layout(scalar, set = 0, binding = 1) writeonly buffer Records { SourceRecord records[]; };
+layout(push_constant) uniform Push {
+  uint source;
+  uint demand;
+  uint capacity;
+};
+
+void main() {
+  const uint first = counters.particle_count;
+  const uint count = min(demand, capacity);
+  records[source].first = first;
+  records[source].count = count;
+  records[source].demand = demand;
+  records[source].groups = uvec3((count + 63u) / 64u, 1u, 1u);
+  counters.particle_count = first + count;
+  counters.particle_demand += demand;
+  counters.particle_groups = uvec3((first + count + 63u) / 64u, 1u, 1u);
+}
