@@ -38,7 +38,7 @@ struct Tuning {
   // Prefix sum: values that a thread adds up, threads of a workgroup.
   std::uint32_t sum_run, sum_local_size;
 
-  // Radix sort: the fewest pairs worth a thread, the most threads, threads of a workgroup.
+  // Radix sort: the fewest pairs worth a thread; most threads, unless loop_rounds asks for more; threads of a group.
   std::uint32_t sort_run, sort_max_threads, sort_local_size;
 };
 

@@ -12,9 +12,10 @@ const ComputeKernel& sort_kernel(Workshop& make, const ShaderCode& code) {
   return make.compute(code, constants);
 }
 
-// Each thread sorts an equal run of the pairs.
+// Each thread sorts an equal run of the pairs: one round of a loop each, and never more than the loop may go.
 std::uint32_t thread_count(const Tuning& tuning, std::uint32_t capacity) {
-  return std::clamp((capacity + tuning.sort_run - 1) / tuning.sort_run, 1u, tuning.sort_max_threads);
+  const auto runs_of = [&](std::uint32_t pairs) { return (capacity - 1) / pairs + 1; };
+  return std::clamp(runs_of(tuning.sort_run), 1u, std::max(tuning.sort_max_threads, runs_of(tuning.loop_rounds - 1)));
 }
 
 struct Push {

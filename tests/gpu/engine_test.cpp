@@ -74,7 +74,7 @@ TEST_CASE("steps run in order, direct and indirect, and are timed by name") {
 
 TEST_CASE("records read as texels are what was written as structures, with each tuning") {
   for (const TestTuning tuning : kTestTunings) {
-    CAPTURE(test_tuning_name(tuning));
+    CAPTURE(std::string(test_tuning_name(tuning)));
     const WithTuning with(tuning);
     Device& device = test_device();
     const ComputeKernel copy(device, shaders::test_texels_comp);

@@ -34,7 +34,7 @@ Scanned scan_on_device(PrefixSum& scan, const std::vector<std::uint32_t>& values
 
 TEST_CASE("prefix sum equals std::exclusive_scan at every level boundary, with each tuning") {
   for (const TestTuning tuning : kTestTunings) {
-    CAPTURE(test_tuning_name(tuning));
+    CAPTURE(std::string(test_tuning_name(tuning)));
     const WithTuning with(tuning);
     Workshop make(test_kernels());
     PrefixSum scan(make, "test", 300000);

@@ -62,7 +62,7 @@ Pairs random_pairs(std::uint32_t count, std::uint32_t key_mask, std::uint32_t se
 
 TEST_CASE("radix sort equals std::stable_sort, values and all, with each tuning") {
   for (const TestTuning tuning : kTestTunings) {
-    CAPTURE(test_tuning_name(tuning));
+    CAPTURE(std::string(test_tuning_name(tuning)));
     const WithTuning with(tuning);
     Workshop make(test_kernels());
     RadixSort sort(make, "test", 100000);
@@ -78,7 +78,7 @@ TEST_CASE("radix sort equals std::stable_sort, values and all, with each tuning"
 
 TEST_CASE("radix sort is stable: few and equal keys keep their order, with each tuning") {
   for (const TestTuning tuning : kTestTunings) {
-    CAPTURE(test_tuning_name(tuning));
+    CAPTURE(std::string(test_tuning_name(tuning)));
     const WithTuning with(tuning);
     Workshop make(test_kernels());
     RadixSort sort(make, "test", 20000);

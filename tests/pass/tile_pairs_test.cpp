@@ -92,7 +92,7 @@ std::vector<std::vector<std::uint32_t>> expected(const std::vector<Item>& items,
 TEST_CASE("tile lists hold every item of a tile in the order given, with each tuning") {
   const std::vector<Item> items = any_items(300, 1);
   for (const TestTuning tuning : kTestTunings) {
-    CAPTURE(test_tuning_name(tuning));
+    CAPTURE(std::string(test_tuning_name(tuning)));
     const WithTuning with(tuning);
     const Built built = build(items, 1u << 16);
     CHECK(built.counters.pair_count == built.counters.demand);

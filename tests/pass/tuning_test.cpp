@@ -15,8 +15,8 @@ using shared::Particle;
 
 namespace {
 
-// Particles of all densities in front of the camera, with tiles whose lists are short, long and longer than a page.
-std::vector<Particle> crowd_with_heaps() {
+// Particles of all densities in front of the camera, and two heaps of small ones, each on a few tiles.
+std::vector<Particle> crowd_with_heaps(int left_heap, int right_heap) {
   std::mt19937 random(31);
   std::uniform_real_distribution<float> u(0, 1);
   std::vector<Particle> particles;
@@ -30,8 +30,8 @@ std::vector<Particle> crowd_with_heaps() {
       particles.push_back(emissive({x_m, 500 + 300 * u(random), 40}, glm::vec3(4 + 4 * u(random)), 2e-4f,
                                    {u(random), u(random), u(random)}));
   };
-  heap(500, -150);
-  heap(4200, 150);
+  heap(left_heap, -150);
+  heap(right_heap, 150);
   return particles;
 }
 
@@ -44,22 +44,33 @@ ImageF as_image(const std::vector<float>& rgba, std::uint32_t width, std::uint32
 
 }  // namespace
 
-// The bounds are those of tiled_blend_test.cpp: between the tiled and the raster volume blend, and between the exact
-// blend and the integral. Storage buffers hold the same bits as texel buffers, and the same kernels read them.
+// Storage buffers hold the same bits as texel buffers, and the same kernels read them. Between the CPU's kernels and
+// the GPU's the bounds are those of tiled_blend_test.cpp: of the tiled and the raster volume blend, and of the exact
+// blend and the integral. Through thousands of places the GPU's exact blend goes more often than lavapipe's loops may,
+// so its lists are short and, some, just longer than short.
 TEST_CASE("the tiled blends of each tuning are one picture") {
-  const std::vector<Particle> particles = crowd_with_heaps();
-  for (const BlendMode blend : {BlendMode::volume, BlendMode::exact}) {
-    CAPTURE(blend_mode_name(blend));
+  struct Case {
+    BlendMode blend;
+    std::vector<Particle> particles;
+    bool gpu;
+  };
+  const Case cases[] = {{BlendMode::volume, crowd_with_heaps(500, 4200), true},
+                        {BlendMode::exact, crowd_with_heaps(500, 4200), false},
+                        {BlendMode::exact, crowd_with_heaps(150, 0), true}};
+  for (const auto& [blend, particles, gpu] : cases) {
+    CAPTURE(std::string(blend_mode_name(blend)));
     std::vector<Layer> layers;
     for (const TestTuning tuning : kTestTunings) {
+      if (tuning == TestTuning::gpu && !gpu) continue;
       const WithTuning with(tuning);
+      CHECK(test_device().tuning().pixel_columns == (tuning != TestTuning::gpu));
       layers.push_back(draw_layer(particles, kLevelCamera, Backend::tiled, blend));
       CHECK(layers.back().pairs_lost == 0);
       CHECK(layers.back().rays_cut_short == 0);
     }
     CHECK(layers[1].color == layers[0].color);
     CHECK(layers[1].depth == layers[0].depth);
-    CHECK(layers[2].color != layers[0].color);  // other kernels: otherwise nothing was compared
+    if (!gpu) continue;
     const LayerError error = layer_error(layers[2], layers[0], blend == BlendMode::exact ? 2e-4 : 1e-3);
     CHECK(error.failing <= 0.001);
     CHECK(error.worst < 1e-2);
