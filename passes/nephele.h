@@ -10,7 +10,8 @@
 //
 // A host that has a VkDevice lends it through Device::adopt (engine/device.h) and records frames into its own command
 // buffers. The device must be one of Vulkan 1.3 with a queue for graphics and compute that has timestamps, created with
-// the features scalarBlockLayout, synchronization2, maintenance4, fragmentStoresAndAtomics and independentBlend.
+// the features scalarBlockLayout, synchronization2, maintenance4, fragmentStoresAndAtomics, independentBlend and
+// shaderStorageImageExtendedFormats; docs/devices.md has the limits, which few devices fall short of.
 // Optional, and named to adopt when enabled: VK_EXT_fragment_shader_interlock (fragmentShaderPixelInterlock),
 // VK_EXT_rasterization_order_attachment_access (rasterizationOrderColorAttachmentAccess), pipelineStatisticsQuery.
 //

@@ -139,6 +139,7 @@ Result<void> run_probe(const ProbeOptions& options) {
   if (!device) return device.error();
   const Result<Tables> tables = tables_for(options, quantity);
   if (!tables) return tables.error();
+  if (auto fit = check_tables_fit((*device)->info(), *tables); !fit) return fit;
   const std::vector<shared::vec2> values = evaluate(**device, *tables, quantity, rays->rays, options.quiet);
   return write_file_atomically(options.out, table_text(*rays, values, quantity == Quantity::optical_depth));
 }
