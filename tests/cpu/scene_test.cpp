@@ -205,7 +205,7 @@ TEST_CASE("scene: the camera looks at a place instead of along two angles") {
   CHECK(complaint(R"({"camera": {"look_at_m": [0, 0, 1500]}})") ==
         "scene.json: camera.look_at_m is the camera's own place");
   CHECK(complaint(R"({"camera": {"look_at_m": [0, 0, 2e6]}})") ==
-        "scene.json: camera.look_at_m[2] is 2000000; accepted: a number from -1000000 to 1000000");
+        "scene.json: camera.look_at_m[2] is 2000000.0; accepted: a number from -1000000 to 1000000");
 }
 
 TEST_CASE("scene: which of clouds and listed particles are drawn") {

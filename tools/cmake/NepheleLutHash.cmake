@@ -1,8 +1,8 @@
 # nephele_lut_hash(target): a generated header lut_hash.h for the sources of `target`, with a hash of every file of this
 # project that decides what a baked table contains. Cached tables carry the hash, so that a changed bake never meets an
-# old file. The compiler names the files: those that lut/*_bake.cpp include, the .cpp files beside included headers, what
-# these include, and so on. The hash is made anew in any build after one of the files has changed, and is the same in
-# every checkout of the same files.
+# old file. The compiler names the files: those that lut/*_bake.cpp include, the .cpp files beside included headers,
+# what these include, and so on. The hash is made anew in any build after one of the files has changed, and is the same
+# in every checkout of the same files.
 if(CMAKE_SCRIPT_MODE_FILE)
   # -DCOMPILER= -DFLAGS= -DINCLUDES= -DSOURCE_DIR= -DBINARY_DIR= -DROOTS= -DHEADER=; also writes ${HEADER}.d
   cmake_minimum_required(VERSION 3.25)
