@@ -25,7 +25,7 @@ layout(set = 0, binding = 11) uniform sampler2D layer_scene;                  //
 layout(scalar, set = 0, binding = 12) readonly buffer TileRows {
   uvec3 tile_groups;
   uint tile_rows[];
-};                 // screen_begins.comp
+};
 WORDS(13, masks);  // two words a place: the pixels that it may show in
 
 #include "layer/cloud_shade.glsl"
