@@ -9,11 +9,10 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/image_size.h"
 #include "engine/result.h"
 
 namespace nephele {
-
-inline constexpr std::uint32_t kMaxImageSidePx = 16384;
 
 // Rows from the top, channels interleaved: data[(y * width + x) * channels.size() + channel].
 struct ImageF {

@@ -164,6 +164,8 @@ class JsonObject {
   const nlohmann::json* value(const char* key) { return take(key); }
   // Records what is wrong with the key's value beyond its type and range.
   void fail(const char* key, const std::string& what) { reader_.fail(path_of(key) + ' ' + what); }
+  // Records "<path> is <value>; accepted: <accepted>".
+  void complain(const nlohmann::json& value, const std::string& path, const std::string& accepted);
   // Unknown keys are errors. Call once, after everything has been read.
   void finish();
 
@@ -171,7 +173,6 @@ class JsonObject {
 
  private:
   const nlohmann::json* take(const char* key);
-  void complain(const nlohmann::json& value, const std::string& path, const std::string& accepted);
   void note(const char* key, const std::string& accepted, const std::string& default_value);
   static std::string words_for(Range accepted);
   static std::string words_for(int count, std::initializer_list<Range> accepted);

@@ -99,8 +99,9 @@ void read_clouds(JsonObject& json, CloudSettings& clouds, NamedFiles& files,
 
 void read_phase(JsonObject& json, PhaseSettings& phase) {
   json.choice("function", phase.function,
-              {{"hg", PhaseFunction::henyey_greenstein}, {"cs", PhaseFunction::cornette_shanks}});
-  json.number("g", phase.g, {-0.95, 0.95});  // what the tables can be baked for
+              {{phase_function_name(PhaseFunction::henyey_greenstein), PhaseFunction::henyey_greenstein},
+               {phase_function_name(PhaseFunction::cornette_shanks), PhaseFunction::cornette_shanks}});
+  json.number("g", phase.g, {-kMaxAsymmetry, kMaxAsymmetry});
 }
 
 void read_particle(JsonObject& json, ListedParticle& particle) {

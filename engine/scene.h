@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/phase_function.h"
 #include "engine/result.h"
 
 namespace nephele {
@@ -63,8 +64,6 @@ struct CloudSettings {
   float view_distance_m = 80000.0f;
   std::optional<WeatherMap> weather_map;
 };
-
-enum class PhaseFunction : std::uint8_t { henyey_greenstein, cornette_shanks };
 
 struct PhaseSettings {
   PhaseFunction function = PhaseFunction::henyey_greenstein;

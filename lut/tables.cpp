@@ -11,6 +11,7 @@
 
 #include "engine/check.h"
 #include "engine/json_reader.h"
+#include "engine/phase_function.h"
 #include "lut/bake.h"
 #include "lut/oracles.h"
 #include "lut/table_errors.h"
@@ -34,7 +35,7 @@ json optical_depth_parameters(const TableParameters& p) {
 }
 
 json multiple_scattering_parameters(const TableParameters& p) {
-  return {{"phase_function", p.phase_function == shared::kPhaseCornetteShanks ? "cs" : "hg"},
+  return {{"phase_function", phase_function_name(PhaseFunction{p.phase_function})},
           {"g", p.g_multiple},
           {"size_cosine", p.scattering_cosines},
           {"size_chord", p.scattering_chords},
@@ -83,8 +84,9 @@ TableParameters stored_parameters(const json& optical_depth, const json& multipl
   TableParameters p;
   optical_depth.at("size").get_to(p.optical_depth_size);
   optical_depth.at("particle_seed").get_to(p.particle_seed);
-  p.phase_function =
-      multiple_scattering.at("phase_function") == "cs" ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
+  // An unknown name reads as hg: then these parameters are not the file's, which check_table finds.
+  p.phase_function = static_cast<std::uint32_t>(
+      phase_function_named(multiple_scattering.at("phase_function").get<std::string>()).value_or(PhaseFunction{}));
   multiple_scattering.at("g").get_to(p.g_multiple);
   p.g_single = p.g_multiple;
   multiple_scattering.at("size_cosine").get_to(p.scattering_cosines);
@@ -150,8 +152,8 @@ Result<void> TableParameters::validate() const {
     return Error{concat(field, ": ", value, ", accepted are ", low, " to ", high)};
   };
   if (phase_function > 1) return outside("phase_function", phase_function, 0, 1);
-  if (!(std::abs(g_single) <= 0.95)) return outside("g_single", g_single, -0.95, 0.95);
-  if (!(std::abs(g_multiple) <= 0.95)) return outside("g_multiple", g_multiple, -0.95, 0.95);
+  if (!(std::abs(g_single) <= kMaxAsymmetry)) return outside("g_single", g_single, -kMaxAsymmetry, kMaxAsymmetry);
+  if (!(std::abs(g_multiple) <= kMaxAsymmetry)) return outside("g_multiple", g_multiple, -kMaxAsymmetry, kMaxAsymmetry);
   if (optical_depth_size < 4 || optical_depth_size > 64)
     return outside("optical_depth_size", optical_depth_size, 4, 64);
   if (scattering_cosines < 4 || scattering_cosines > 128)
@@ -159,7 +161,8 @@ Result<void> TableParameters::validate() const {
   if (scattering_chords < 3 || scattering_chords > 128) return outside("scattering_chords", scattering_chords, 3, 128);
   if (scattering_densities < 4 || scattering_densities > 64)
     return outside("scattering_densities", scattering_densities, 4, 64);
-  if (!(residual >= 1e-7 && residual <= 1e-2)) return outside("residual", residual, 1e-7, 1e-2);
+  if (!(residual >= kMinResidual && residual <= kMaxResidual))
+    return outside("residual", residual, kMinResidual, kMaxResidual);
   return {};
 }
 

@@ -16,6 +16,8 @@
 
 namespace nephele {
 
+inline constexpr double kMinResidual = 1e-7, kMaxResidual = 1e-2;
+
 struct TableParameters {
   std::uint32_t phase_function = 0;         // shared::kPhaseHenyeyGreenstein or kPhaseCornetteShanks
   double g_single = 0.85;                   // of single scattering; evaluated while shading, bakes nothing
@@ -25,8 +27,8 @@ struct TableParameters {
   std::uint32_t scattering_chords = 24;     // along h, 3 .. 128
   std::uint32_t scattering_densities = 16;  // along the density axis, 4 .. 64
   bool coarse_solver = false;               // the thin particles' grid for every density
-  double residual = 3e-5;                   // relative, at which a solution counts as converged, 1e-7 .. 1e-2
-  std::uint32_t particle_seed = 67;         // of the reference particle
+  double residual = 3e-5;            // relative, at which a solution counts as converged, kMinResidual .. kMaxResidual
+  std::uint32_t particle_seed = 67;  // of the reference particle
 
   static Result<TableParameters> preset(const std::string& name);  // default, fast
   Result<void> validate() const;

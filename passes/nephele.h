@@ -31,7 +31,7 @@
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "lut/tables.h"
-#include "passes/layer/cloud_layer.h"
+#include "passes/settings.h"
 
 namespace nephele {
 
@@ -39,35 +39,6 @@ class Image;
 namespace shared {
 struct Particle;  // shared/types.h
 }
-
-// [Yusov14] Table 1: cells along a ring's side, rings, layers (here: above the base particle).
-enum class Quality : std::uint8_t { low, medium, high };
-
-// Particles shaded whole and blended, or rays marched through the same particles' density: the baseline.
-enum class Method : std::uint8_t { particles, raymarch };
-
-struct RenderSettings {
-  std::uint32_t width = 1280, height = 720;  // 1 .. kMaxImageSide
-  Quality quality = Quality::medium;
-  std::uint32_t scale = 1;  // the cloud layer has 1 / scale of the resolution: 1, 2 or 4
-  bool full_layer =
-      true;           // off: at a scale above 1 the cloud layer alone is not kept at full size, which saves its writing
-  bool reuse = true;  // off: every frame does all its work again, which changes no pixel
-  Backend backend = Backend::automatic;
-  BlendMode blend = BlendMode::volume;  // exact needs the tiled backend
-  bool culling = true;                  // off: particles out of view are lit and sorted too, which changes no pixel
-  Method method = Method::particles;    // raymarch has no use for backend and blend
-  std::uint32_t march_steps =
-      64;  // that take a marched ray through eight particles in a row, kMinMarchSteps .. kMaxMarchSteps
-  std::uint32_t ring_size_cells = 0;  // cells along a ring's side; 0: the quality's
-  std::uint32_t layer_count = 0;      // particles stacked in a cell, base included; 0: the quality's
-};
-inline constexpr std::uint32_t kMaxImageSide = 16384;
-inline constexpr std::uint32_t kMinRingSizeCells = 40, kMaxRingSizeCells = 256;  // a multiple of 8
-inline constexpr std::uint32_t kMaxLayers = 15;
-inline constexpr std::uint32_t kMinMarchSteps = 4, kMaxMarchSteps = 4096;
-
-const char* method_name(Method method);
 
 // What a host has drawn and the clouds stand in front of or behind: full-size images of the renderer's device, in
 // layout GENERAL. Where it has drawn nothing the scene's own sky and ground show.

@@ -52,14 +52,13 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.scale = settings.scale;
   c.culling_enabled = settings.culling;
   c.phase_g = scene.phase.g;
-  c.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks
-                                                                            : shared::kPhaseHenyeyGreenstein;
+  c.phase_function = static_cast<std::uint32_t>(scene.phase.function);
   c.view_distance_m = view_distance_m(scene);
   return c;
 }
 
 std::string phase_text(std::uint32_t function, double g) {
-  return concat(function == shared::kPhaseCornetteShanks ? "cs" : "hg", " with g = ", g);
+  return concat(phase_function_name(PhaseFunction{function}), " with g = ", g);
 }
 
 Result<void> check_phase(const FrameConstants& wanted, const PhaseSettings& phase, const TableParameters& tables) {
@@ -170,21 +169,15 @@ Result<std::unique_ptr<Sky>> Sky::create(Device& device, const Tables& tables) {
 Device& Sky::device() const { return implementation_->kernels.device(); }
 std::size_t Sky::pipeline_count() const { return implementation_->kernels.count(); }
 
-const char* method_name(Method method) { return method == Method::raymarch ? "raymarch" : "particles"; }
-
 Renderer::Renderer(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
 Renderer::~Renderer() = default;
 
 Result<void> Renderer::check(const Device& device, const RenderSettings& settings) {
   if (!device.info().usable) return Error{concat("device '", device.info().name, "' lacks ", device.info().missing)};
-  if (settings.width < 1 || settings.height < 1 || settings.width > kMaxImageSide || settings.height > kMaxImageSide)
-    return Error{
-        concat("image size is ", settings.width, "x", settings.height, "; accepted: 1 to ", kMaxImageSide, " a side")};
+  if (auto ok = check_settings(settings); !ok) return ok;
   if (std::max(settings.width, settings.height) > device.info().max_image_side_px)
     return Error{concat("image size is ", settings.width, "x", settings.height, "; ", device.info().name,
                         " allows 1 to ", device.info().max_image_side_px, " a side")};
-  if (settings.scale != 1 && settings.scale != 2 && settings.scale != 4)
-    return Error{concat("scale is ", settings.scale, "; accepted: 1, 2 or 4")};
   if (!backend_available(device.info(), settings.backend))
     return Error{concat("backend ", backend_name(settings.backend), " is not available on ", device.info().name,
                         "; see nephele devices")};
@@ -192,15 +185,6 @@ Result<void> Renderer::check(const Device& device, const RenderSettings& setting
       resolve_backend(device.info(), settings.backend) != Backend::tiled)
     return Error{concat("blend exact needs the backend tiled; the backend is ",
                         backend_name(resolve_backend(device.info(), settings.backend)))};
-  if (settings.march_steps < kMinMarchSteps || settings.march_steps > kMaxMarchSteps)
-    return Error{
-        concat("step count is ", settings.march_steps, "; accepted: ", kMinMarchSteps, " to ", kMaxMarchSteps)};
-  const std::uint32_t ring = settings.ring_size_cells;
-  if (ring != 0 && (ring < kMinRingSizeCells || ring > kMaxRingSizeCells || ring % 8 != 0))
-    return Error{concat("ring size is ", ring, " cells; accepted: a multiple of 8 from ", kMinRingSizeCells, " to ",
-                        kMaxRingSizeCells)};
-  if (settings.layer_count > kMaxLayers)
-    return Error{concat("layer count is ", settings.layer_count, "; accepted: 1 to ", kMaxLayers)};
   return {};
 }
 

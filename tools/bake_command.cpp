@@ -7,10 +7,11 @@
 #include <tuple>
 
 #include "engine/atomic_file.h"
+#include "engine/phase_function.h"
 #include "lut/study/paper_tables.h"
 #include "lut/study/verification.h"
 #include "lut/tables.h"
-#include "shared/phase.h"
+#include "tools/checked_options.h"
 #include "tools/command.h"
 #include "tools/options.h"
 #include "tools/progress.h"
@@ -30,7 +31,7 @@ Result<TableParameters> table_parameters(const BakeOptions& options) {
   if (!preset) return preset;
   TableParameters parameters = *preset;
   if (!options.phase.empty())
-    parameters.phase_function = options.phase == "cs" ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
+    parameters.phase_function = static_cast<std::uint32_t>(*phase_function_named(options.phase));
   parameters.g_single = options.g_single.value_or(parameters.g_single);
   parameters.g_multiple = options.g_multiple.value_or(parameters.g_multiple);
   parameters.residual = options.residual.value_or(parameters.residual);
@@ -72,7 +73,8 @@ Result<PaperParameters> paper_parameters(const BakeOptions& options) {
   if (options.g_single || options.g_multiple || options.residual)
     return Error{"--g-single, --g-multiple, --residual: accepted with --preset default or fast; paper has its own"};
   PaperParameters parameters;
-  if (options.phase == "hg") parameters.phase_function = shared::kPhaseHenyeyGreenstein;
+  if (!options.phase.empty())
+    parameters.phase_function = static_cast<std::uint32_t>(*phase_function_named(options.phase));
   for (const auto& [name, text, size] :
        {std::tuple{"--size-optical-depth", &options.optical_depth_size, &parameters.optical_depth_size},
         std::tuple{"--size-scattering", &options.scattering_size, &parameters.scattering_size}}) {
@@ -144,15 +146,17 @@ Command add_bake_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("bake", "Bake the scattering and optical-depth tables");
   const auto options = std::make_shared<BakeOptions>();
   app->add_option("--out", options->out, "Directory for the tables; without it, the cache")->type_name("DIR");
-  app->add_option("--preset", options->preset,
-                  "Sizes and accuracy to start from: default or fast; or paper, its 4D tables, to compare")
-      ->check(CLI::IsMember({"default", "fast", "paper"}))
-      ->capture_default_str();
-  app->add_option("--phase", options->phase, "Phase function: hg (Henyey-Greenstein) or cs (Cornette-Shanks)")
-      ->check(CLI::IsMember({"hg", "cs"}));
-  app->add_option("--g-single", options->g_single, "Asymmetry of single scattering");
-  app->add_option("--g-multiple", options->g_multiple, "Asymmetry of the orders from the second on");
-  app->add_option("--residual", options->residual, "Relative residual at which a solution counts as converged");
+  add_checked_option(*app, "--preset", options->preset,
+                     "Sizes and accuracy to start from: default or fast; or paper, its 4D tables, to compare",
+                     OneOfNames{"default", "fast", "paper"});
+  add_checked_option(*app, "--phase", options->phase, "Phase function: Henyey-Greenstein (hg) or Cornette-Shanks (cs)",
+                     OneOfNames(kPhaseFunctionNames));
+  const RealNumber asymmetry{-kMaxAsymmetry, kMaxAsymmetry};
+  add_checked_option(*app, "--g-single", options->g_single, "Asymmetry of single scattering", asymmetry);
+  add_checked_option(*app, "--g-multiple", options->g_multiple, "Asymmetry of the orders from the second on",
+                     asymmetry);
+  add_checked_option(*app, "--residual", options->residual, "Relative residual at which a solution counts as converged",
+                     RealNumber{kMinResidual, kMaxResidual});
   app->add_option("--size-optical-depth", options->optical_depth_size,
                   "Vertices along a side of each octahedral map; paper: along each axis")
       ->type_name("N");

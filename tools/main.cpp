@@ -9,6 +9,7 @@
 
 #include "engine/device.h"
 #include "engine/leak_check.h"
+#include "tools/checked_options.h"
 #include "tools/command.h"
 
 namespace {
@@ -40,6 +41,7 @@ int run(int argc, char** argv) {
   }
   const auto chosen = std::find_if(commands.begin(), commands.end(), [](const auto& c) { return c.app->parsed(); });
   if (chosen == commands.end()) return complain("no command given (see --help)", kBadInput);
+  if (const auto empty = nephele::tools::find_empty_value(*chosen->app)) return complain(empty->message, kBadInput);
   if (const auto result = chosen->run(); !result) return complain(result.error().message, kBadInput);
   if (const auto messages = nephele::Device::validation_messages(); messages > 0)
     return complain(std::to_string(messages) + " Vulkan validation messages", kInternalFailure);

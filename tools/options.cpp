@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <filesystem>
 #include <optional>
 
 #include "engine/check.h"
-#include "engine/image_io.h"
 
 namespace nephele::tools {
 namespace {
@@ -41,16 +41,15 @@ std::optional<FrameField> find_frame_field(const std::string& name) {
   return std::nullopt;
 }
 
-}  // namespace
-
-Result<ImageSize> parse_image_size(const std::string& option, const std::string& text) {
-  const std::vector<std::uint32_t> sizes = split_sizes(text);
-  const auto side_ok = [](std::uint32_t side) { return side >= 1 && side <= kMaxImageSidePx; };
-  if (sizes.size() != 2 || !side_ok(sizes[0]) || !side_ok(sizes[1]) || std::uint64_t{sizes[0]} * sizes[1] > kMaxPixels)
-    return Error{concat(option, " is \"", text, "\"; accepted: WIDTHxHEIGHT, each from 1 to ", kMaxImageSidePx,
-                        ", at most ", kMaxPixels, " pixels")};
-  return ImageSize{sizes[0], sizes[1]};
+// Without links, "." and ".."; a file that is not there yet is resolved as far as its directories are.
+std::filesystem::path resolve(const std::string& path) {
+  std::error_code failure;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, failure);
+  const std::filesystem::path resolved = std::filesystem::weakly_canonical(absolute, failure);
+  return failure ? absolute.lexically_normal() : resolved;
 }
+
+}  // namespace
 
 Result<std::vector<std::uint32_t>> parse_axes(const std::string& option, const std::string& text, std::size_t axes) {
   std::vector<std::uint32_t> sizes = split_sizes(text);
@@ -68,6 +67,19 @@ std::string frame_file_name(const std::string& name, std::uint64_t frame) {
   std::string number = std::to_string(frame);
   if (number.size() < field->digits) number.insert(0, field->digits - number.size(), '0');
   return name.substr(0, field->start) + number + name.substr(field->start + field->length);
+}
+
+Result<void> check_different(const std::vector<NamedFile>& files, std::uint64_t frames) {
+  for (const std::uint64_t frame : {std::uint64_t{0}, frames - 1})
+    for (std::size_t i = 0; i < files.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const NamedFile &a = files[j], &b = files[i];
+        if (a.path.empty() || b.path.empty()) continue;
+        const std::filesystem::path resolved = resolve(frame_file_name(a.path, frame));
+        if (resolved == resolve(frame_file_name(b.path, frame)))
+          return Error{concat(a.option, " and ", b.option, " are both \"", resolved.string(), '"')};
+      }
+  return {};
 }
 
 bool has_extension(const std::string& path, const std::string& extension) {

@@ -5,18 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/accepted.h"
 #include "engine/result.h"
 
 namespace nephele::tools {
 
-struct ImageSize {
-  std::uint32_t width = 0, height = 0;
-};
-
-inline constexpr std::uint64_t kMaxPixels = 8192ull * 8192ull;
-
-// "1280x720": each side 1 to kMaxImageSidePx, at most kMaxPixels together.
-Result<ImageSize> parse_image_size(const std::string& option, const std::string& text);
+inline constexpr RealNumber kTimeS{-1e9, 1e9};
 
 // "48x24x16" with exactly `axes` sizes.
 Result<std::vector<std::uint32_t>> parse_axes(const std::string& option, const std::string& text, std::size_t axes);
@@ -24,6 +18,14 @@ Result<std::vector<std::uint32_t>> parse_axes(const std::string& option, const s
 // The first "%d", "%4d" or "%04d" in a file name becomes the frame's number, padded with zeros.
 bool has_frame_number(const std::string& name);
 std::string frame_file_name(const std::string& name, std::uint64_t frame);
+
+struct NamedFile {
+  const char* option;
+  std::string path;  // "" where the option was not given; may hold a frame's number
+};
+
+// An error where two of them are the same file for the first or the last of `frames` frames, however each is spelt.
+Result<void> check_different(const std::vector<NamedFile>& files, std::uint64_t frames);
 
 // Whether the path ends in the extension (".png"), in upper or lower case.
 bool has_extension(const std::string& path, const std::string& extension);

@@ -1,5 +1,4 @@
 // nephele probe: what shading would read from the tables, for rays given in a file.
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -7,9 +6,10 @@
 #include "engine/atomic_file.h"
 #include "engine/check.h"
 #include "engine/frame.h"
+#include "engine/phase_function.h"
 #include "lut/gpu_tables.h"
 #include "nephele_tool_shaders.h"
-#include "shared/phase.h"
+#include "tools/checked_options.h"
 #include "tools/command.h"
 #include "tools/probe_rays.h"
 #include "tools/progress.h"
@@ -37,17 +37,15 @@ Quantity parse_quantity(const std::string& name) {
   return name == "single" ? Quantity::single : name == "multiple" ? Quantity::multiple : Quantity::optical_depth;
 }
 
+// "": the default.
 std::uint32_t parse_phase(const std::string& name) {
-  return name == "cs" ? shared::kPhaseCornetteShanks : shared::kPhaseHenyeyGreenstein;
+  return static_cast<std::uint32_t>(phase_function_named(name).value_or(PhaseFunction{}));
 }
 
-// The phase function that was asked for, in range.
-Result<TableParameters> wanted_parameters(const ProbeOptions& options) {
+TableParameters wanted_parameters(const ProbeOptions& options) {
   TableParameters wanted;
   wanted.phase_function = parse_phase(options.phase);
   wanted.g_single = wanted.g_multiple = options.g.value_or(wanted.g_multiple);
-  if (!(std::abs(wanted.g_multiple) <= 0.95))
-    return Error{concat("--g is ", wanted.g_multiple, "; accepted: a number from -0.95 to 0.95")};
   return wanted;
 }
 
@@ -56,8 +54,8 @@ Result<Tables> tables_in(const ProbeOptions& options) {
   if (!tables) return tables;
   const TableParameters& made = tables->parameters;
   if (options.g && *options.g != made.g_multiple)
-    return Error{
-        concat("--g is ", *options.g, "; accepted: ", made.g_multiple, ", which ", options.tables, " was baked for")};
+    return Error{concat("--g is ", number_text(*options.g), "; accepted: ", number_text(made.g_multiple), ", which ",
+                        options.tables, " was baked for")};
   if (!options.phase.empty() && parse_phase(options.phase) != made.phase_function)
     return Error{concat("--phase is \"", options.phase, "\"; ", options.tables, " was baked for the other one")};
   return tables;
@@ -66,14 +64,13 @@ Result<Tables> tables_in(const ProbeOptions& options) {
 // With the phase function to evaluate in their parameters. Only multiple scattering depends on it: the others do with
 // the tables of the default preset.
 Result<Tables> tables_for(const ProbeOptions& options, Quantity quantity) {
-  const Result<TableParameters> wanted = wanted_parameters(options);
-  if (!wanted) return wanted.error();
+  const TableParameters wanted = wanted_parameters(options);
   if (!options.tables.empty()) return tables_in(options);
   Progress progress(options.quiet);
   Result<Tables> tables =
-      load_or_bake(quantity == Quantity::multiple ? *wanted : TableParameters{}, default_cache_dir(),
+      load_or_bake(quantity == Quantity::multiple ? wanted : TableParameters{}, default_cache_dir(),
                    [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
-  if (tables) tables->parameters = *wanted;
+  if (tables) tables->parameters = wanted;
   return tables;
 }
 
@@ -149,8 +146,8 @@ Result<void> run_probe(const ProbeOptions& options) {
 Command add_probe_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("probe", "Evaluate the tables for rays given in a CSV, as shading does");
   const auto options = std::make_shared<ProbeOptions>();
-  app->add_option("--table", options->table, "What to evaluate: single, multiple or optical_depth")
-      ->check(CLI::IsMember({"single", "multiple", "optical_depth"}))
+  add_checked_option(*app, "--table", options->table, "What to evaluate",
+                     OneOfNames{"single", "multiple", "optical_depth"})
       ->required();
   app->add_option("--rays", options->rays,
                   "Columns entry_x,entry_y,entry_z,dir_x,dir_y,dir_z,light_x,light_y,light_z,optical_radius")
@@ -159,9 +156,11 @@ Command add_probe_command(CLI::App& program) {
   app->add_option("--out", options->out, "The rays with a column value (and first_matter)")
       ->type_name("OUT.csv")
       ->required();
-  app->add_option("--phase", options->phase, "Phase function: hg (Henyey-Greenstein, the default) or cs")
-      ->check(CLI::IsMember({"hg", "cs"}));
-  app->add_option("--g", options->g, "Asymmetry; without it, the default preset's");
+  add_checked_option(*app, "--phase", options->phase,
+                     "Phase function: Henyey-Greenstein (hg, the default) or Cornette-Shanks (cs)",
+                     OneOfNames(kPhaseFunctionNames));
+  add_checked_option(*app, "--g", options->g, "Asymmetry; without it, the default preset's",
+                     RealNumber{-kMaxAsymmetry, kMaxAsymmetry});
   app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache")
       ->type_name("DIR");
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")

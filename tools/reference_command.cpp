@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -15,11 +16,11 @@
 #include "passes/nephele.h"
 #include "shared/tonemap.h"
 #include "shared/world.h"
+#include "tools/checked_options.h"
 #include "tools/command.h"
 #include "tools/options.h"
 #include "tools/path_tracer/reference_image.h"
 #include "tools/progress.h"
-#include "tools/render_stats.h"
 #include "tools/scene_tables.h"
 
 namespace nephele::tools {
@@ -31,12 +32,12 @@ constexpr std::uint32_t kDefaultSamples = 64, kMaxSamples = 1u << 24;
 constexpr std::uint32_t kPassSamples = 16;
 constexpr auto kSaveEvery = std::chrono::seconds(30);
 constexpr std::uint32_t kMaxThreads = 256;
-constexpr double kMaxTimeS = 1e9;
+constexpr double kMaxSkyRadiance = 1e6;
 
 // As typed.
 struct ReferenceOptions {
   std::string scene, out, layers, picture, tables, device;
-  std::string size = "320x180", quality = "medium";
+  TypedSettings typed{.settings = {.width = 320, .height = 180}, .given = {}};
   std::optional<std::uint32_t> spp;
   std::optional<double> noise, sky_radiance;
   std::uint64_t seed = 1;
@@ -52,8 +53,9 @@ Result<std::vector<shared::Particle>> rendered_particles(const Scene& scene, con
   if (!device) return device.error();
   const Result<std::unique_ptr<Sky>> sky = Sky::create(**device, tables);
   if (!sky) return sky.error();
-  const Result<std::unique_ptr<Renderer>> renderer =
-      Renderer::create(**sky, scene, {.width = 8, .height = 8, .quality = quality_named(options.quality)});
+  RenderSettings settings = options.typed.settings;
+  settings.width = settings.height = 8;
+  const Result<std::unique_ptr<Renderer>> renderer = Renderer::create(**sky, scene, settings);
   if (!renderer) return renderer.error();
   (*renderer)->render(scene.camera, options.time_s);
   for (const auto& [buffer, lost] : (*renderer)->stats().overflow)
@@ -115,14 +117,11 @@ Result<void> check(const ReferenceOptions& options) {
       return Error{concat(option, " is \"", name, "\"; accepted: a name ending in ", extension)};
     if (auto writable = check_writable(name); !writable) return writable;
   }
-  if (options.out == options.layers) return Error{"--out and --layers are both \"" + options.out + "\""};
-  if (!(std::abs(options.time_s) <= kMaxTimeS))
-    return Error{concat("--time is ", options.time_s, "; accepted: a number from ", -kMaxTimeS, " to ", kMaxTimeS)};
-  if (options.noise && !(*options.noise > 0 && *options.noise < 1))
-    return Error{concat("--noise is ", *options.noise, "; accepted: more than 0, less than 1")};
-  if (options.sky_radiance && !(*options.sky_radiance >= 0 && *options.sky_radiance <= 1e6))
-    return Error{concat("--sky-radiance is ", *options.sky_radiance, "; accepted: 0 to 1e+06")};
-  return {};
+  return check_different({{"--scene", options.scene},
+                          {"--out", options.out},
+                          {"--layers", options.layers},
+                          {"--picture", options.picture}},
+                         1);
 }
 
 // Passes until the samples or the noise asked for; state_path is empty where no state is kept.
@@ -165,8 +164,6 @@ Result<void> write_picture(const std::string& path, const ImageF& image, float e
 
 Result<void> run_reference(const ReferenceOptions& options) {
   if (auto ok = check(options); !ok) return ok;
-  const Result<ImageSize> size = parse_image_size("--size", options.size);
-  if (!size) return size.error();
   Result<Scene> scene = options.scene.empty() ? Result<Scene>(Scene{}) : load_scene(options.scene);
   if (!scene) return scene.error();
   const Result<Tables> tables = tables_for_scene(*scene, options.tables, options.quiet);
@@ -183,7 +180,7 @@ Result<void> run_reference(const ReferenceOptions& options) {
   const truth::Phase phase(scene->phase);
   const truth::PathTracer tracer(field, surroundings, phase);
 
-  truth::ReferenceImage image(scene->camera, size->width, size->height, options.seed);
+  truth::ReferenceImage image(scene->camera, options.typed.settings.width, options.typed.settings.height, options.seed);
   const std::string state_path = options.resume ? options.out + ".state" : "";
   const std::uint64_t key = state_key(*scene, *particles, options.sky_radiance);
   if (options.resume && std::filesystem::exists(state_path))
@@ -208,25 +205,24 @@ Command add_reference_command(CLI::App& program) {
   app->add_option("--out", options->out, "Image: .exr with R G B T SE")->type_name("FILE");
   app->add_option("--layers", options->layers, "Cloud layer alone: .exr with R G B T Z")->type_name("FILE");
   app->add_option("--picture", options->picture, "Tone-mapped as render shows it: .png")->type_name("FILE");
-  app->add_option("--size", options->size, "Pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
-  app->add_option("--quality", options->quality, "Whose particles: the renderer's cloud grid")
-      ->check(CLI::IsMember({"low", "medium", "high"}))
-      ->capture_default_str();
-  app->add_option("--time", options->time_s, "Seconds; moves the clouds with the wind")->capture_default_str();
-  app->add_option("--spp", options->spp, "Samples a pixel (64 without --noise)")->check(CLI::Range(1u, kMaxSamples));
-  app->add_option("--noise", options->noise, "Until the mean relative standard error of the pixels is below this");
-  app->add_option("--sky-radiance", options->sky_radiance,
-                  "A sky of this radiance everywhere, instead of the atmosphere");
-  app->add_option("--seed", options->seed, "Of the random numbers")->capture_default_str();
-  app->add_option("--threads", options->threads, "0: one a core")
-      ->check(CLI::Range(0u, kMaxThreads))
-      ->capture_default_str();
+  add_checked_option(*app, "--time", options->time_s, "Seconds; moves the clouds with the wind", kTimeS);
+  add_checked_option(*app, "--spp", options->spp, "Samples a pixel; 64 without --noise", WholeNumber{1, kMaxSamples});
+  add_checked_option(*app, "--noise", options->noise,
+                     "Until the mean relative standard error of the pixels is below this", RealNumber{0, 1, false});
+  add_checked_option(*app, "--sky-radiance", options->sky_radiance,
+                     "A sky of this radiance everywhere, instead of the atmosphere", RealNumber{0, kMaxSkyRadiance});
+  add_checked_option(*app, "--seed", options->seed, "Of the random numbers",
+                     WholeNumber{0, std::numeric_limits<std::uint64_t>::max()});
+  add_checked_option(*app, "--threads", options->threads, "Threads that trace",
+                     WholeNumber{1, kMaxThreads, 1, "one a core"});
   app->add_flag("--resume", options->resume, "Go on from FILE.exr.state, and keep it up to date");
   app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache")
       ->type_name("DIR");
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
       ->type_name("NAME_OR_INDEX");
   app->add_flag("--quiet", options->quiet, "No progress bar, no summary");
+  // Of the frame whose particles are traced: the cloud grid is its, and the size of the image.
+  add_setting_options(*app, options->typed);
   return {app, [options] { return run_reference(*options); }};
 }
 

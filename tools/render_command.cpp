@@ -1,5 +1,4 @@
 // nephele render: headless frames of a scene to PNG or EXR files.
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "engine/image_io.h"
 #include "engine/scene.h"
 #include "passes/nephele.h"
+#include "tools/checked_options.h"
 #include "tools/command.h"
 #include "tools/options.h"
 #include "tools/progress.h"
@@ -22,17 +22,15 @@ namespace {
 
 constexpr double kDefaultFramesPerS = 30.0;
 constexpr std::uint64_t kMaxFrames = 1000000;
-constexpr double kMaxTimeS = 1e9;
 
 // As typed.
 struct RenderOptions {
   std::string scene, path, out, layers, stats, tables, device, tuning;
-  std::string size = "1280x720", quality = "medium", backend = "auto", blend = "volume", method = "particles";
-  std::uint32_t scale = 1, steps = RenderSettings{}.march_steps;
+  TypedSettings typed{.settings = {.full_layer = false, .reuse = false}, .given = {}};
   double time_s = 0;
-  std::uint64_t frames = 0;  // 0: not given
+  std::optional<std::uint64_t> frames;
   std::uint64_t warmup = 0;
-  bool reuse = false, quiet = false;
+  bool quiet = false;
 };
 
 // Checked and loaded: nothing the user typed can be wrong any more, except what only the device knows.
@@ -65,34 +63,17 @@ Result<void> check_output(const char* option, const std::string& name, std::init
   return check_writable(frame_file_name(name, 0));
 }
 
-Backend parse_backend(const std::string& name) {
-  for (const Backend backend : {Backend::interlock, Backend::attachment, Backend::tiled, Backend::alpha})
-    if (name == backend_name(backend)) return backend;
-  return Backend::automatic;
-}
-
 Result<RenderJob> prepare(const RenderOptions& options) {
   RenderJob job;
   if (options.out.empty() && options.layers.empty() && options.stats.empty())
     return Error{"render has nothing to write; give --out, --layers or --stats"};
 
-  if (!(std::abs(options.time_s) <= kMaxTimeS))
-    return Error{concat("--time is ", options.time_s, "; accepted: a number from ", -kMaxTimeS, " to ", kMaxTimeS)};
-  if (options.out == options.layers && !options.out.empty())
-    return Error{"--out and --layers are both \"" + options.out + "\""};
-
-  const Result<ImageSize> size = parse_image_size("--size", options.size);
-  if (!size) return size.error();
-  job.settings = {.width = size->width,
-                  .height = size->height,
-                  .quality = quality_named(options.quality),
-                  .scale = options.scale,
-                  .full_layer = !options.layers.empty(),
-                  .reuse = options.reuse,
-                  .backend = parse_backend(options.backend),
-                  .blend = options.blend == blend_mode_name(BlendMode::exact) ? BlendMode::exact : BlendMode::volume,
-                  .method = options.method == method_name(Method::raymarch) ? Method::raymarch : Method::particles,
-                  .march_steps = options.steps};
+  job.settings = options.typed.settings;
+  if (!options.layers.empty()) {
+    if (options.typed.has("full_layer") && !job.settings.full_layer)
+      return Error{"--layers writes the cloud layer at the image's size, which --full-layer off does not keep"};
+    job.settings.full_layer = true;
+  }
 
   if (!options.scene.empty()) {
     Result<Scene> scene = load_scene(options.scene);
@@ -104,8 +85,16 @@ Result<RenderJob> prepare(const RenderOptions& options) {
     if (!path) return path.error();
     job.path = std::move(*path);
   }
-  job.frames = options.frames > 0 ? options.frames : job.path ? job.path->frame_count() : 1;
+  job.frames = options.frames.value_or(job.path ? job.path->frame_count() : 1);
 
+  if (auto ok = check_different({{"--scene", options.scene},
+                                 {"--path", options.path},
+                                 {"--out", options.out},
+                                 {"--layers", options.layers},
+                                 {"--stats", options.stats}},
+                                job.frames);
+      !ok)
+    return ok.error();
   if (auto ok = check_output("--out", options.out, {".png", ".exr"}, job.frames); !ok) return ok.error();
   if (auto ok = check_output("--layers", options.layers, {".exr"}, job.frames); !ok) return ok.error();
   if (auto ok = check_output("--stats", options.stats, {".json"}, 1); !ok) return ok.error();
@@ -185,46 +174,19 @@ Command add_render_command(CLI::App& program) {
   app->add_option("--out", options->out, "Image: .png (tone-mapped sRGB) or .exr (linear R G B)")->type_name("FILE");
   app->add_option("--layers", options->layers, "Cloud layer alone: .exr with R G B T Z")->type_name("FILE");
   app->add_option("--stats", options->stats, "Times and counts: .json")->type_name("FILE");
-  app->add_option("--size", options->size, "Pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
-  app->add_option("--quality", options->quality, "Size of the cloud grid: rings, cells, layers")
-      ->check(CLI::IsMember({"low", "medium", "high"}))
-      ->capture_default_str();
-  app->add_option("--scale", options->scale, "Divisor of the cloud layer's resolution")
-      ->check(CLI::IsMember({1u, 2u, 4u}))
-      ->capture_default_str();
-  app->add_option("--backend", options->backend, "How overlapping particles are blended (see nephele devices)")
-      ->check(CLI::IsMember({"auto", "interlock", "attachment", "tiled", "alpha"}))
-      ->capture_default_str();
-  app->add_option("--blend", options->blend,
-                  "volume: pairs of particles share their volume; exact: any number (tiled only)")
-      ->check(CLI::IsMember({"volume", "exact"}))
-      ->capture_default_str();
-  app->add_option("--method", options->method,
-                  "raymarch: the baseline, rays through the same particles in steps; no --backend, --blend")
-      ->check(CLI::IsMember({"particles", "raymarch"}))
-      ->capture_default_str();
-  app->add_option("--steps", options->steps,
-                  "Of a marched ray through eight particles in a row; 16 is coarse, 512 fine")
-      ->check(CLI::Range(kMinMarchSteps, kMaxMarchSteps))
-      ->capture_default_str();
   app->add_option("--tuning", options->tuning, "Kernels for this kind of device: auto, cpu or gpu (NEPHELE_TUNING)");
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
       ->type_name("NAME_OR_INDEX");
   app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache")
       ->type_name("DIR");
-  app->add_option("--time", options->time_s, "Seconds the wind has blown at the first frame")
-      ->type_name("SECONDS")
-      ->capture_default_str();
-  app->add_option("--frames", options->frames, "Frames to render, 30 a second or the path's; names need %04d")
-      ->check(CLI::Range(std::uint64_t{1}, kMaxFrames));
+  add_checked_option(*app, "--time", options->time_s, "Seconds the wind has blown at the first frame", kTimeS);
+  add_checked_option(*app, "--frames", options->frames, "Frames to render, 30 a second or the path's; names need %04d",
+                     WholeNumber{1, kMaxFrames});
   app->add_option("--path", options->path, "Camera path (JSON); without --frames, to its last key")->type_name("FILE");
-  app->add_option("--warmup", options->warmup, "Frames rendered first, neither timed nor written")
-      ->check(CLI::Range(std::uint64_t{0}, kMaxFrames))
-      ->capture_default_str();
-  app->add_flag("--reuse", options->reuse,
-                "Do not do again what the frame before left ready, as hosts do; without it every frame's time is that "
-                "of all its work");
+  add_checked_option(*app, "--warmup", options->warmup, "Frames rendered first, neither timed nor written",
+                     WholeNumber{0, kMaxFrames});
   app->add_flag("--quiet", options->quiet, "No progress bar");
+  add_setting_options(*app, options->typed);
   return {app, [options] { return run_render(*options); }};
 }
 

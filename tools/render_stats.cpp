@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "engine/check.h"
 #include "engine/statistics.h"
@@ -48,22 +47,24 @@ ordered_json source_counts(const std::vector<FrameStats>& frames) {
   return sources;
 }
 
-}  // namespace
-
-const char* quality_name(Quality quality) {
-  switch (quality) {
-    case Quality::low:
-      return "low";
-    case Quality::medium:
-      return "medium";
-    case Quality::high:
-      return "high";
-  }
-  return "?";
+// As asked for; the keys beside it tell what the frames had.
+ordered_json settings_json(const RenderSettings& settings) {
+  ordered_json json;
+  for (const Setting& setting : all_settings()) json[setting.key] = json_of(setting.get(settings));
+  return json;
 }
 
-Quality quality_named(const std::string& name) {
-  return name == "low" ? Quality::low : name == "high" ? Quality::high : Quality::medium;
+}  // namespace
+
+nlohmann::ordered_json json_of(const Value& value) {
+  return std::visit(
+      [&](const auto& held) -> ordered_json {
+        if constexpr (std::is_same_v<std::remove_cvref_t<decltype(held)>, ImageSize>)
+          return value_text(value);
+        else
+          return held;
+      },
+      value);
 }
 
 std::string render_stats_json(const DeviceInfo& device, const RenderSettings& settings,
@@ -96,6 +97,7 @@ std::string render_stats_json(const DeviceInfo& device, const RenderSettings& se
       {"gpu_memory_bytes", last.gpu_memory_bytes},
       {"fragments_shaded", last.fragments_shaded},
       {"pairs_shaded", last.pairs_shaded},
+      {"settings", settings_json(settings)},
   };
   return stats.dump(2) + '\n';
 }

@@ -1,6 +1,7 @@
 // What `render --stats` reports: the frames' times and work, as JSON.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -9,8 +10,8 @@
 
 namespace nephele::tools {
 
-const char* quality_name(Quality quality);
-Quality quality_named(const std::string& name);  // medium for any other name: options are checked before
+// A toggle as a boolean, a size as "1280x720".
+nlohmann::ordered_json json_of(const Value& value);
 
 // Times over all timed frames (median, for passes and cpu_ms); overflow is the worst frame's, other counts the last
 // one's.

@@ -1,21 +1,11 @@
 #include "tools/scene_tables.h"
 
 #include "engine/check.h"
-#include "shared/phase.h"
 #include "tools/progress.h"
 
 namespace nephele::tools {
-namespace {
-
-const char* phase_name(std::uint32_t phase_function) {
-  return phase_function == shared::kPhaseCornetteShanks ? "cs" : "hg";
-}
-
-}  // namespace
-
 TableParameters with_phase(TableParameters parameters, const Scene& scene) {
-  parameters.phase_function = scene.phase.function == PhaseFunction::cornette_shanks ? shared::kPhaseCornetteShanks
-                                                                                     : shared::kPhaseHenyeyGreenstein;
+  parameters.phase_function = static_cast<std::uint32_t>(scene.phase.function);
   parameters.g_single = scene.phase.g;
   parameters.g_multiple = scene.phase.g;
   return parameters;
@@ -32,9 +22,9 @@ Result<Tables> tables_for_scene(const Scene& scene, const std::string& directory
   if (!tables) return tables;
   const TableParameters& made = tables->parameters;
   if (made.phase_function != wanted.phase_function || made.g_multiple != wanted.g_multiple)
-    return Error{concat(directory, ": the tables are for phase function ", phase_name(made.phase_function), ", g ",
-                        made.g_multiple, "; the scene has ", phase_name(wanted.phase_function), ", g ",
-                        wanted.g_multiple)};
+    return Error{concat(directory, ": the tables are for phase function ",
+                        phase_function_name(PhaseFunction{made.phase_function}), ", g ", made.g_multiple,
+                        "; the scene has ", phase_function_name(scene.phase.function), ", g ", wanted.g_multiple)};
   tables->parameters.g_single = wanted.g_single;
   return tables;
 }

@@ -9,7 +9,9 @@
 #include "engine/check.h"
 #include "engine/device.h"
 #include "engine/json_reader.h"
+#include "tools/checked_options.h"
 #include "tools/command.h"
+#include "tools/render_stats.h"
 #include "tools/sweep_compare.h"
 #include "tools/sweep_config.h"
 #include "tools/sweep_plots.h"
@@ -25,6 +27,7 @@ using nlohmann::ordered_json;
 
 struct SweepOptions {
   std::string config, out, compare, device, tuning;
+  TypedSettings typed{.settings = kSweepSettings, .given = {}};
   double slowdown = 1.1;
   bool quiet = false;
 };
@@ -47,7 +50,10 @@ Result<void> write_results(const std::string& out, const ordered_json& identity,
 }
 
 Result<void> run(const SweepOptions& options) {
-  const Result<Sweep> sweep = load_sweep(options.config);
+  json typed = json::object();
+  for (const Setting* setting : options.typed.given)
+    typed[setting->key] = json_of(setting->get(options.typed.settings));
+  const Result<Sweep> sweep = load_sweep(options.config, typed);
   if (!sweep) return sweep.error();
   // Read before the directory is written, which may be the one compared with.
   Result<json> old = json();
@@ -97,13 +103,14 @@ Command add_sweep_command(CLI::App& program) {
   app->add_option("--compare", options->compare,
                   "results.json of an earlier run: prints the ratios; fails where one is slower")
       ->type_name("FILE");
-  app->add_option("--slowdown", options->slowdown, "How many times slower a variant must surely be to fail --compare")
-      ->check(CLI::Range(1.0, 100.0))
-      ->capture_default_str();
+  add_checked_option(*app, "--slowdown", options->slowdown,
+                     "How many times slower a variant must surely be to fail --compare", RealNumber{1, 100});
   app->add_option("--tuning", options->tuning, "Kernels for this kind of device: auto, cpu or gpu (NEPHELE_TUNING)");
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
       ->type_name("NAME_OR_INDEX");
   app->add_flag("--quiet", options->quiet, "No progress bar");
+  // In place of the configuration's top-level "settings"; its series and axes still have theirs.
+  add_setting_options(*app, options->typed);
   return {app, [options] { return run(*options); }};
 }
 

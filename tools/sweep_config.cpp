@@ -8,7 +8,6 @@
 #include "engine/json_reader.h"
 #include "engine/npy.h"
 #include "lut/tables.h"
-#include "tools/options.h"
 #include "tools/render_stats.h"
 
 namespace nephele::tools {
@@ -47,39 +46,30 @@ json* scene_member(json& document, const std::string& key) {
   return at;
 }
 
+// Nothing where the JSON value is of no kind that a setting may have; a number is not a text that spells one.
+std::optional<Value> value_of(const json& value, const Accepted& accepted) {
+  if (value.is_string() && (std::holds_alternative<PixelSize>(accepted) || std::holds_alternative<Toggle>(accepted)))
+    return read_value(accepted, value.get<std::string>());
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>();
+  if (value.is_number() && std::holds_alternative<RealNumber>(accepted)) return value.get<double>();
+  if (value.is_number_unsigned()) return value.get<std::uint64_t>();
+  return std::nullopt;
+}
+
 void read_settings(JsonReader& reader, JsonObject& object, SweepPicture& picture) {
-  RenderSettings& render = picture.render;
-  render.full_layer = false;  // nothing reads it
-  std::string resolution = concat(render.width, 'x', render.height);
-  object.string("resolution", resolution);
-  if (const Result<ImageSize> size = parse_image_size(object.path_of("resolution"), resolution)) {
-    render.width = size->width;
-    render.height = size->height;
-  } else {
-    reader.fail(size.error().message);
+  for (const Setting& setting : all_settings()) {
+    const json* found = object.value(setting.key);
+    if (!found) continue;
+    const std::optional<Value> value = value_of(*found, setting.accepted);
+    if (value && accepts(setting.accepted, *value))
+      setting.set(picture.render, *value);
+    else
+      object.complain(*found, object.path_of(setting.key), accepted_words(setting.accepted));
   }
-  object.choice("quality", render.quality,
-                {{"low", Quality::low}, {"medium", Quality::medium}, {"high", Quality::high}});
-  object.integer("scale", render.scale);
-  if (render.scale != 1 && render.scale != 2 && render.scale != 4)
-    reader.fail(concat(object.path_of("scale"), " is ", render.scale, "; accepted: 1, 2 or 4"));
-  object.choice("backend", render.backend,
-                {{"auto", Backend::automatic},
-                 {"interlock", Backend::interlock},
-                 {"attachment", Backend::attachment},
-                 {"tiled", Backend::tiled},
-                 {"alpha", Backend::alpha}});
-  object.choice("blend", render.blend, {{"volume", BlendMode::volume}, {"exact", BlendMode::exact}});
-  object.choice("method", render.method, {{"particles", Method::particles}, {"raymarch", Method::raymarch}});
-  object.integer("steps", render.march_steps, kMinMarchSteps, kMaxMarchSteps);
   object.string("table_preset", picture.table_preset);
   if (const auto preset = TableParameters::preset(picture.table_preset); !preset)
     reader.fail(object.path_of("table_preset") + ": " + preset.error().message);
-  object.integer("ring_size_cells", render.ring_size_cells, kMinRingSizeCells, kMaxRingSizeCells);
-  if (render.ring_size_cells % 8 != 0)
-    reader.fail(concat(object.path_of("ring_size_cells"), " is ", render.ring_size_cells,
-                       "; accepted: a multiple of 8 from ", kMinRingSizeCells, " to ", kMaxRingSizeCells));
-  object.integer("layers", render.layer_count, 1, kMaxLayers);
 }
 
 // Settings as written in the file, at `path` for complaints; "scene." keys are checked with the scene they change.
@@ -91,21 +81,6 @@ void apply_settings(JsonReader& reader, const json& settings, const std::string&
   JsonObject object(reader, own, path);
   read_settings(reader, object, picture);
   object.finish();
-}
-
-json describe(const SweepPicture& picture, const json& document) {
-  const RenderSettings& render = picture.render;
-  return {{"resolution", concat(render.width, 'x', render.height)},
-          {"quality", quality_name(render.quality)},
-          {"scale", render.scale},
-          {"backend", backend_name(render.backend)},
-          {"blend", blend_mode_name(render.blend)},
-          {"method", method_name(render.method)},
-          {"steps", render.march_steps},
-          {"table_preset", picture.table_preset},
-          {"ring_size_cells", render.ring_size_cells},
-          {"layers", render.layer_count},
-          {"scene", document}};
 }
 
 // `settings` have been checked where they stand; only the scene that comes of them can still be wrong.
@@ -164,11 +139,12 @@ class SweepReader {
   explicit SweepReader(const std::string& path)
       : directory_(std::filesystem::path(path).parent_path()), reader_(path) {}
 
-  Result<Sweep> read(const json& document) {
+  Result<Sweep> read(const json& document, const json& typed) {
     JsonObject root = reader_.root(document);
     for (const char* key : {"scenes", "series"}) root.require(key);
     root.objects("scenes", kMaxScenes, [&](JsonObject& child) { read_scene(child); });
     common_ = read_raw_settings(root, "settings");
+    common_.update(typed);
     if (root.has("reference")) reference_ = read_raw_settings(root, "reference");
     root.objects("series", kMaxSeries, [&](JsonObject& child) { read_series(child); });
     root.integer("warmup_frames", sweep_.warmup_frames, 1, 100);
@@ -306,12 +282,18 @@ class SweepReader {
 
 }  // namespace
 
-Result<Sweep> load_sweep(const std::string& path) {
+json describe(const SweepPicture& picture, const json& scene_document) {
+  json description{{"table_preset", picture.table_preset}, {"scene", scene_document}};
+  for (const Setting& setting : all_settings()) description[setting.key] = json_of(setting.get(picture.render));
+  return description;
+}
+
+Result<Sweep> load_sweep(const std::string& path, const json& typed) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.error();
   const Result<json> document = parse_json(*text, path);
   if (!document) return document.error();
-  return SweepReader(path).read(*document);
+  return SweepReader(path).read(*document, typed);
 }
 
 }  // namespace nephele::tools

@@ -6,9 +6,9 @@
 //    "series": [{"name": "exact", "settings": {"blend": "exact"}, "axes": {"quality": ["low", "high"], "scale": [1,
 //    2]}}], "reference": {"quality": "high"}, "warmup_frames": 1, "frames": 3, "repetitions": 7}
 //
-// Settings: resolution, quality, scale, method, steps, backend, blend, table_preset, ring_size_cells, layers, and
-// "scene.PATH" for any member of the scene file, as in "scene.clouds.view_distance_m". A variant has the sweep's
-// settings, then its series', then its place on the axes. Files are found from the configuration's directory.
+// Settings: every key of the table in passes/settings.cpp, "table_preset", and "scene.PATH" for any member of the scene
+// file, as in "scene.clouds.view_distance_m". A variant has the sweep's settings, then its series', then its place on
+// the axes. Files are found from the configuration's directory.
 //
 // Errors are measured against the scene's reference, an EXR file of the variants' resolution, or else against the image
 // of the top-level reference settings for the variant's own scene and resolution.
@@ -27,10 +27,13 @@
 
 namespace nephele::tools {
 
+// Before a configuration changes them: nothing reads the full layer, and every measured frame does all its work.
+inline constexpr RenderSettings kSweepSettings{.full_layer = false, .reuse = false};
+
 // One picture to be rendered.
 struct SweepPicture {
   Scene scene;
-  RenderSettings render{.reuse = false};  // every measured frame does all its work
+  RenderSettings render = kSweepSettings;
   std::string table_preset = "default";
   nlohmann::json description;  // every setting and the whole scene document: equal pictures have equal ones
   std::string key;             // its hash
@@ -53,7 +56,11 @@ struct Sweep {
   std::string hash;  // of everything that decides what is measured
 };
 
-// The first fault is an error that names the file, the key and what is accepted.
-Result<Sweep> load_sweep(const std::string& path);
+// `typed` are settings that take the place of the file's common ones. The first fault is an error that names the file,
+// the key and what is accepted.
+Result<Sweep> load_sweep(const std::string& path, const nlohmann::json& typed = nlohmann::json::object());
+
+// Every setting and the scene document, as results tell them.
+nlohmann::json describe(const SweepPicture& picture, const nlohmann::json& scene_document);
 
 }  // namespace nephele::tools

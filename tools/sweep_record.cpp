@@ -19,6 +19,7 @@ using nlohmann::ordered_json;
 ordered_json to_json(const SweepMeasurement& m) {
   ordered_json line{
       {"variant", m.variant}, {"repetition", m.repetition}, {"frame_ms", m.frame_ms}, {"cpu_ms", m.cpu_ms}};
+  line["passes_ms"] = ordered_json::object();  // stays empty where frames have nothing to do again
   for (const auto& [name, ms] : m.passes_ms) line["passes_ms"][name] = ms;
   for (const auto& [name, count] : m.work) line["work"][name] = count;
   if (m.errors) line["errors"] = {{"rmse", m.errors->rmse}, {"relmse", m.errors->relmse}, {"bias", m.errors->bias}};

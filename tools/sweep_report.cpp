@@ -135,7 +135,8 @@ ordered_json sweep_json(const ordered_json& identity, const Sweep& sweep, const 
         {"repetition_ms", row.repetition_ms},
         {"ms", to_json(row.ms)},
         {"ratio", to_json(row.ratio)},
-        {"cpu_ms", row.cpu_ms}};
+        {"cpu_ms", row.cpu_ms},
+        {"passes", ordered_json::array()}};
     for (const auto& [name, ms] : row.passes_ms) json["passes"].push_back({{"name", name}, {"ms", ms}});
     for (const auto& [name, count] : row.work) json[name] = count;
     if (row.errors) {

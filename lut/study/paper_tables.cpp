@@ -7,6 +7,7 @@
 
 #include "engine/check.h"
 #include "engine/parallel.h"
+#include "engine/phase_function.h"
 #include "lut/bake.h"
 #include "lut/oracles.h"
 #include "lut/sphere_solver.h"
@@ -120,17 +121,13 @@ NpyArray multiple_scattering_array(const PaperParameters& parameters, const std:
   return array;
 }
 
-const char* phase_name(std::uint32_t phase_function) {
-  return phase_function == shared::kPhaseCornetteShanks ? "cs" : "hg";
-}
-
 json optical_depth_parameters(const PaperParameters& p) {
   return {{"size", p.optical_depth_size}, {"particle_seed", p.particle_seed}};
 }
 
 json scattering_parameters(const PaperParameters& p) {
   return {{"size", p.scattering_size},
-          {"phase_function", phase_name(p.phase_function)},
+          {"phase_function", phase_function_name(PhaseFunction{p.phase_function})},
           {"g_first", 0.9},
           {"g_later", 0.7},
           {"last_order", shared::kPaperLastOrder}};
@@ -210,9 +207,8 @@ Result<PaperTables> load_paper_tables(const std::filesystem::path& dir) {
     p.optical_depth_size = read_size(parameters_of(tables.optical_depth));
     parameters_of(tables.optical_depth).at("particle_seed").get_to(p.particle_seed);
     p.scattering_size = read_size(parameters_of(tables.multiple_scattering));
-    p.phase_function = parameters_of(tables.multiple_scattering).at("phase_function") == "cs"
-                           ? shared::kPhaseCornetteShanks
-                           : shared::kPhaseHenyeyGreenstein;
+    const std::string phase = parameters_of(tables.multiple_scattering).at("phase_function").get<std::string>();
+    p.phase_function = static_cast<std::uint32_t>(phase_function_named(phase).value_or(PhaseFunction{}));
   } catch (const json::exception& failure) {
     return Error{dir.string() + ": parameters: " + failure.what()};
   }

@@ -22,22 +22,6 @@ std::array<std::uint32_t, 3> groups_of_8(const Image& image) {
 
 }  // namespace
 
-const char* backend_name(Backend backend) {
-  switch (backend) {
-    case Backend::automatic:
-      return "auto";
-    case Backend::interlock:
-      return "interlock";
-    case Backend::attachment:
-      return "attachment";
-    case Backend::tiled:
-      return "tiled";
-    case Backend::alpha:
-      return "alpha";
-  }
-  return "?";
-}
-
 bool backend_available(const DeviceInfo& device, Backend backend) {
   if (backend == Backend::interlock) return device.fragment_shader_interlock;
   if (backend == Backend::attachment) return device.ordered_attachment_access;

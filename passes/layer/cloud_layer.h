@@ -12,12 +12,9 @@
 #include "passes/layer/raster_blend.h"
 #include "passes/layer/ray_march.h"
 #include "passes/layer/tiled_blend.h"
+#include "passes/settings.h"
 
 namespace nephele {
-
-enum class Backend : std::uint8_t { automatic, interlock, attachment, tiled, alpha };
-
-const char* backend_name(Backend backend);
 
 // What a device blends with when asked for `automatic`, and why.
 struct BackendChoice {

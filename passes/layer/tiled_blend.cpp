@@ -58,8 +58,6 @@ VkDeviceSize bytes_per_pair(BlendMode mode) {
 
 }  // namespace
 
-const char* blend_mode_name(BlendMode mode) { return mode == BlendMode::exact ? "exact" : "volume"; }
-
 TiledBlend::TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
                        std::uint32_t layer_height, std::uint32_t visible_capacity)
     : tables_(tables),

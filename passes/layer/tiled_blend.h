@@ -9,16 +9,9 @@
 
 #include "lut/gpu_tables.h"
 #include "passes/layer/screen_lists.h"
+#include "passes/settings.h"
 
 namespace nephele {
-
-// What overlapping particles look like.
-enum class BlendMode : std::uint8_t {
-  volume,  // [Yusov14] Eq. 10-17: exact for two, the third meets the mean of the two
-  exact,   // the emission-absorption integral of any number
-};
-
-const char* blend_mode_name(BlendMode mode);
 
 class TiledBlend {
  public:

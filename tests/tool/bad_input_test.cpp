@@ -48,23 +48,65 @@ TEST_CASE("bad input: option values out of range name the option, the value and 
   for (const char* size : {"0x10", "10x0", "100000x1", "1x100000", "16384x16384", "64", "64x", "x64", "64x36x2", "-4x4",
                            "4.5x4", "", "64X36", "99999999999x1"})
     refuse("--size", size, "1 to 16384");
-  refuse("--scale", "3", "1,2,4");
-  refuse("--scale", "0", "1,2,4");
+  refuse("--scale", "3", "1, 2 or 4");
+  refuse("--scale", "0", "1, 2 or 4");
   refuse("--quality", "ultra", "medium");
   refuse("--backend", "magic", "attachment");
   refuse("--blend", "none", "volume");
   refuse("--method", "rasterize", "raymarch");
-  refuse("--steps", "3", "4 to 4096");
-  refuse("--frames", "0", "1 to 1000000");
+  refuse("--steps", "3", "accepted: a whole number from 4 to 4096");
+  refuse("--frames", "0", "accepted: a whole number from 1 to 1000000");
   refuse("--frames", "-1", "1 to 1000000");
   refuse("--frames", "many", "1 to 1000000");
   refuse("--warmup", "-1", "0 to 1000000");
-  refuse("--time", "nan", "-1e+09 to 1e+09");
-  refuse("--time", "2e+09", "-1e+09 to 1e+09");
-  expect_refusal({"bake", "--out", directory / "tables", "--g-multiple", "1"}, {"g_multiple", "0.95"});
+  refuse("--time", "nan", "a number from -1000000000 to 1000000000");
+  refuse("--time", "2e+09", "a number from -1000000000 to 1000000000");
+  refuse("--time", "1000000001", "a number from -1000000000 to 1000000000");
+  for (const char* size : {"--g-single", "--g-multiple"})
+    expect_refusal({"bake", "--out", directory / "tables", size, "1"}, {size, "a number from -0.95 to 0.95"});
+  expect_refusal({"bake", "--out", directory / "tables", "--residual", "0"}, {"--residual is 0", "1e-07 to 0.01"});
   expect_refusal({"bake", "--out", directory / "tables", "--size-scattering", "4x3"}, {"--size-scattering", "4x3"});
   expect_refusal({"bake", "--out", directory / "tables", "--size-optical-depth", "1"}, {"optical_depth_size", "64"});
   CHECK(directory.entries().empty());
+}
+
+TEST_CASE("bad input: an empty value is refused, and nothing else is taken for it") {
+  const TempDirectory directory;
+  const std::string out = directory / "x.exr";
+  for (const char* option : {"--scene", "--path", "--out", "--layers", "--stats", "--tables", "--device", "--time",
+                             "--frames", "--warmup", "--size", "--quality", "--steps", "--reuse"})
+    expect_refusal({"render", "--out", out, option, ""}, {option});
+  for (const char* option : {"--scene", "--picture", "--noise", "--spp", "--threads"})
+    expect_refusal({"reference", "--out", out, option, ""}, {option});
+  for (const char* option : {"--out", "--stats", "--phase", "--g-single", "--size-scattering"})
+    expect_refusal({"bake", option, ""}, {option});
+  expect_refusal({"compare", "", out}, {"test"});
+  expect_refusal({"compare", out, out, "--channels", ""}, {"--channels"});
+  expect_refusal({"sweep", "--config", "", "--out", directory / "sweep"}, {"--config"});
+  expect_refusal({"probe", "--table", "single", "--rays", "", "--out", out}, {"--rays"});
+  CHECK(directory.entries().empty());
+}
+
+TEST_CASE("bad input: two files that are one, however their names are spelt") {
+  const TempDirectory directory;
+  const std::string exr = directory / "a.exr", dotted = directory / "./a.exr", json = directory / "s.json";
+  write_file(json, "{}");
+  std::filesystem::create_directory_symlink(directory.path(), directory / "link");
+  expect_refusal({"render", "--out", exr, "--layers", dotted}, {"--out and --layers are both", "a.exr"});
+  expect_refusal({"render", "--out", exr, "--layers", directory / "link/a.exr"},
+                 {"--out and --layers are both", "a.exr"});
+  expect_refusal({"render", "--scene", json, "--stats", directory / "./s.json"},
+                 {"--scene and --stats are both", "s.json"});
+  expect_refusal({"render", "--out", directory / "a%d.exr", "--layers", directory / "a%04d.exr", "--frames", "2000"},
+                 {"--out and --layers are both", "a1999.exr"});
+  expect_refusal({"reference", "--out", exr, "--layers", dotted}, {"--out and --layers are both", "a.exr"});
+  CHECK(read_file(json) == "{}");
+  CHECK(directory.entries() == std::vector<std::string>{"link", "s.json"});
+}
+
+TEST_CASE("bad input: --layers needs the layer that --full-layer off does not keep") {
+  const TempDirectory directory;
+  expect_refusal({"render", "--layers", directory / "x.exr", "--full-layer", "off"}, {"--layers", "--full-layer"});
 }
 
 TEST_CASE("bad input: unknown devices are answered with the known ones") {
@@ -186,9 +228,9 @@ TEST_CASE("bad input: references") {
   refuse("--noise", "0", "more than 0, less than 1");
   refuse("--noise", "nan", "more than 0, less than 1");
   refuse("--noise", "1", "more than 0, less than 1");
-  refuse("--sky-radiance", "-1", "0 to 1e+06");
+  refuse("--sky-radiance", "-1", "0 to 1000000");
   refuse("--threads", "257", "256");
-  refuse("--time", "nan", "-1e+09 to 1e+09");
+  refuse("--time", "nan", "-1000000000 to 1000000000");
   refuse("--size", "0x4", "1 to 16384");
   refuse("--quality", "ultra", "medium");
   CHECK(directory.entries().empty());

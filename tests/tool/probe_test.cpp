@@ -21,16 +21,6 @@ namespace {
 
 const std::string kHeader = "entry_x,entry_y,entry_z,dir_x,dir_y,dir_z,light_x,light_y,light_z,optical_radius";
 
-// The smallest tables, baked once.
-const std::string& small_tables() {
-  static const TempDirectory directory;
-  static const std::string tables = [] {
-    bake_small_tables(directory / "tables");
-    return directory / "tables";
-  }();
-  return tables;
-}
-
 struct Ray {
   dvec3 entry, dir, light;
   double optical_radius;

@@ -16,4 +16,14 @@ inline void bake_small_tables(const std::string& directory) {
   REQUIRE_MESSAGE(result.status == 0, result.err);
 }
 
+// The same, baked once.
+inline const std::string& small_tables() {
+  static const TempDirectory directory;
+  static const std::string tables = [] {
+    bake_small_tables(directory / "tables");
+    return directory / "tables";
+  }();
+  return tables;
+}
+
 }  // namespace nephele::test

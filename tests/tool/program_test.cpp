@@ -35,16 +35,6 @@ std::uintmax_t bytes_under(const std::string& directory) {
   return bytes;
 }
 
-// The small tables, baked once.
-const std::string& small_tables() {
-  static const TempDirectory directory;
-  static const std::string tables = [] {
-    bake_small_tables(directory / "tables");
-    return directory / "tables";
-  }();
-  return tables;
-}
-
 std::vector<std::string> small_render(std::vector<std::string> more) {
   std::vector<std::string> arguments{"render", "--size", "64x36", "--quality", "low", "--tables", small_tables()};
   arguments.insert(arguments.end(), more.begin(), more.end());

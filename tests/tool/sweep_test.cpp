@@ -111,6 +111,48 @@ TEST_CASE("sweep: goes on after a kill, from what had been measured") {
   for (const json& variant : results.at("variants")) CHECK(variant.at("repetition_ms").size() == 3);
 }
 
+TEST_CASE("sweep: frames with nothing to do again are measured too, and read back") {
+  json config = tiny_config();
+  config["series"] = {{{"name", "still"}, {"axes", {{"reuse", {true, false}}}}}};
+  const SweepDirectory sweep(config);
+  for (int run = 0; run < 2; ++run) {
+    const ProgramResult result = sweep.run();
+    REQUIRE_MESSAGE(result.status == 0, result.err);
+  }
+  const json variants = sweep.results().at("variants");
+  CHECK(variants[0].at("name") == "one still reuse=true");
+  CHECK(variants[0].at("passes").empty());
+  CHECK(variants[1].at("passes").size() > 5);
+  CHECK(variants[0].at("errors") == variants[1].at("errors"));
+}
+
+TEST_CASE("sweep: settings of the command line take the place of the file's common ones") {
+  const SweepDirectory sweep;
+  const ProgramResult result = sweep.run({"--size", "8x6", "--culling", "off"});
+  REQUIRE_MESSAGE(result.status == 0, result.err);
+  const json variants = sweep.results().at("variants");
+  for (const json& variant : variants) {
+    CHECK(variant.at("settings").at("resolution") == "8x6");
+    CHECK(variant.at("settings").at("quality") == "low");
+    CHECK(variant.at("settings").at("culling") == false);
+  }
+}
+
+TEST_CASE("sweep: --compare matches results that were written before a setting was there") {
+  const SweepDirectory sweep;
+  REQUIRE(sweep.run().status == 0);
+  json old = sweep.results();
+  for (json& variant : old["variants"]) {
+    variant["key"] = "of another version";
+    for (const char* key : {"culling", "full_layer", "reuse"}) variant["settings"].erase(key);
+  }
+  write_file(sweep / "old.json", old.dump());
+  CHECK(sweep.run({"--compare", sweep / "old.json"}).out.find("6 of 6 ratios agree") != std::string::npos);
+  for (json& variant : old["variants"]) variant["settings"]["culling"] = false;
+  write_file(sweep / "old.json", old.dump());
+  CHECK(sweep.run({"--compare", sweep / "old.json"}).err.find("no variant of this sweep") != std::string::npos);
+}
+
 TEST_CASE("sweep: the record of another sweep is refused and left alone") {
   const SweepDirectory sweep;
   REQUIRE(sweep.run().status == 0);
@@ -181,7 +223,7 @@ TEST_CASE("sweep: bad configurations are refused in one line that names the key 
   refuse("/scenes/0/name", "", {"scenes[0].name"});
   refuse("/scenes/0/file", "none.json", {"none.json", "can't be opened"});
   refuse("/scenes/0/reference", "none.exr", {"none.exr"});
-  refuse("/settings/quality", "ultra", {"settings.quality", "ultra", "\"medium\""});
+  refuse("/settings/quality", "ultra", {"settings.quality", "ultra", "low, medium or high"});
   refuse("/settings/resolution", "16", {"settings.resolution", "WIDTHxHEIGHT"});
   refuse("/settings/ring_size_cells", 100, {"settings.ring_size_cells is 100", "multiple of 8 from 40 to 256"});
   refuse("/settings/method", "rasterize", {"settings.method", "raymarch"});
