@@ -110,12 +110,12 @@ CellSource::CellSource(Workshop& make, std::string name, const CloudField& field
     : CloudSource(std::move(name), capacity),
       features_kernel_(make.compute(shaders::cloud_features_comp)),
       near_(make.compute(shaders::cloud_features_near_comp)),
-      list_(make.compute(shaders::grid_list_comp)),
+      list_cells_(make.compute(shaders::list_cells_comp)),
       cells_(make.compute(shaders::grid_cells_comp)),
-      show_(make.compute(shaders::grid_show_comp)),
-      fit_(make.compute(shaders::grid_fit_comp)),
-      thin_(make.compute(shaders::grid_thin_comp)),
-      expand_(make.compute(shaders::grid_expand_comp)),
+      count_cell_particles_(make.compute(shaders::count_cell_particles_comp)),
+      fit_capacity_(make.compute(shaders::fit_capacity_comp)),
+      drop_far_cells_(make.compute(shaders::drop_far_cells_comp)),
+      assign_slots_(make.compute(shaders::assign_slots_comp)),
       particles_kernel_(make.compute(shaders::particles_comp)),
       field_(field),
       motion_(motion),
@@ -180,7 +180,7 @@ void CellSource::add_cells(FrameBuilder& frame) {
                  .groups = {groups_for(near_count_), 1, 1}});
   frame.fill(name_, cell_counts_, 0);
   frame.compute({.name = name_,
-                 .kernel = &list_,
+                 .kernel = &list_cells_,
                  .bindings = {{0, constants_, Access::uniform},
                               {1, cell_list_, Access::storage_write},
                               {2, counters_, Access::storage_read_write}},
@@ -221,7 +221,7 @@ void CellSource::add_field(FrameBuilder& frame, const FieldFrame& field_frame, c
   if (!frame.stands(&cell_clouds_, as_inputs(field, weather_map_.id(), cell_counts_.id()))) add_cells(frame);
   frame.update(name_, distance_counts_, std::vector<std::byte>(shared::kDistanceBins * sizeof(std::uint32_t)));
   frame.compute({.name = name_,
-                 .kernel = &show_,
+                 .kernel = &count_cell_particles_,
                  .bindings = {{0, constants_, Access::uniform},
                               {1, cell_counts_, Access::storage_read},
                               {2, cell_first_, Access::storage_write},
@@ -229,21 +229,21 @@ void CellSource::add_field(FrameBuilder& frame, const FieldFrame& field_frame, c
                               {4, distance_counts_, Access::storage_read_write}},
                  .groups = {groups_for(cell_count_ + 1), 1, 1}});
   frame.compute({.name = name_,
-                 .kernel = &fit_,
+                 .kernel = &fit_capacity_,
                  .bindings = {{0, constants_, Access::uniform},
                               {1, distance_counts_, Access::storage_read},
                               {2, counters_, Access::storage_write},
                               {3, sink.counters, Access::storage_read_write},
                               {4, sink.records, Access::storage_write}}});
   frame.compute({.name = name_,
-                 .kernel = &thin_,
+                 .kernel = &drop_far_cells_,
                  .bindings = {{0, constants_, Access::uniform},
                               {1, counters_, Access::storage_read},
                               {2, cell_first_, Access::storage_read_write}},
                  .indirect = {&counters_, offsetof(FieldCounters, thin_groups)}});
   scan_.add(frame, name_, cell_first_, cell_count_ + 1, counters_, offsetof(FieldCounters, cell_particle_count));
   frame.compute({.name = name_,
-                 .kernel = &expand_,
+                 .kernel = &assign_slots_,
                  .bindings = {{0, constants_, Access::uniform},
                               {1, cell_first_, Access::storage_read},
                               {2, particle_cell_, Access::storage_write},

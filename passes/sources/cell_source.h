@@ -69,12 +69,12 @@ class CellSource final : public CloudSource {
 
   const ComputeKernel& features_kernel_;
   const ComputeKernel& near_;
-  const ComputeKernel& list_;
+  const ComputeKernel& list_cells_;
   const ComputeKernel& cells_;
-  const ComputeKernel& show_;
-  const ComputeKernel& fit_;
-  const ComputeKernel& thin_;
-  const ComputeKernel& expand_;
+  const ComputeKernel& count_cell_particles_;
+  const ComputeKernel& fit_capacity_;
+  const ComputeKernel& drop_far_cells_;
+  const ComputeKernel& assign_slots_;
   const ComputeKernel& particles_kernel_;
   shared::CloudField field_;  // what stays the same from frame to frame; the rest 0
   Motion motion_;

@@ -123,7 +123,7 @@ TEST_CASE("CloudField and what lies around it") {
   check_layout(shaders::particles_comp, "FieldConstants",
                {MEMBER(FieldConstants, frame), MEMBER(FieldConstants, windows), MEMBER(FieldConstants, near_windows),
                 MEMBER(FieldConstants, source), MEMBER(FieldConstants, capacity)});
-  check_layout(shaders::grid_fit_comp, "FieldCounters",
+  check_layout(shaders::fit_capacity_comp, "FieldCounters",
                {MEMBER(FieldCounters, kept_distance_bins), MEMBER(FieldCounters, cell_count),
                 MEMBER(FieldCounters, cell_particle_count), MEMBER(FieldCounters, found_cell_count),
                 MEMBER(FieldCounters, found_cell_groups), MEMBER(FieldCounters, thin_groups)});
