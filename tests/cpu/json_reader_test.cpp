@@ -65,7 +65,7 @@ std::string complaint(const std::string& text) {
 TEST_CASE("JSON: nesting is accepted up to the limit and refused beyond it, however deep") {
   CHECK(parse_json(nested(kMaxJsonDepth), "a.json"));
   for (const std::size_t depth : {kMaxJsonDepth + 1, std::size_t{100000}, std::size_t{3000000}}) {
-    const Result<nlohmann::json> parsed = parse_json("\n" + nested(depth), "a.json");
+    const Result<nlohmann::json> parsed = parse_json(std::string("\n").append(nested(depth)), "a.json");
     REQUIRE_FALSE(parsed);
     CHECK(parsed.error().message == "a.json: line 2 is nested deeper than 64 objects and arrays; accepted: at most 64");
   }

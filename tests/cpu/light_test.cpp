@@ -156,7 +156,7 @@ TEST_CASE("optical depth of one particle: partial, clipped and grazing chords ag
 TEST_CASE("a point without any chord sees no depth, however far or flat the particle") {
   Particle particle{};
   particle.extinction_per_m = 0.05f;
-  particle.base_m = shared::kNoBaseM;
+  particle.base_m = kNoBaseM;
   const mat3 light = make_light_from_render(sun_at(200, 30));
   LightBounds bounds;
   for (vec3 radius : {vec3(0.001f), vec3(1000.0f, 1000.0f, 0.01f), vec3(300.0f, 20.0f, 100.0f)})
