@@ -163,7 +163,7 @@ TEST_CASE("what drifts is what a camera sees that moves against the wind") {
   Placement drifting = still;
   drifting.drifts = true;
   Scene scene = only(heap("set", drifting));
-  scene.sources.push_back(field(4, 1200.0f, {12.5, -3.25}));
+  scene.sources.emplace_back(field(4, 1200.0f, {12.5, -3.25}));
   const glm::dvec3 camera_m(0, 0, 1500), moved_m(-12.5 * 1024, 3.25 * 1024, 1500);
   const ParticleRun later = run_scene(scene, camera_m, 1024.0), moved = run_scene(scene, moved_m, 0.0);
   CHECK(later.records[0].count == 150);
