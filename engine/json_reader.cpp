@@ -226,6 +226,10 @@ std::string JsonObject::number_text(double value, int digits) {
   return text;
 }
 
+void JsonObject::refuse(const char* key, const std::string& accepted) {
+  if (!reader_.listing_ && !reader_.error()) complain(value_.at(key), path_of(key), accepted);
+}
+
 void JsonObject::kind(const char* key, const Kinds& kinds) {
   require(key);
   std::string accepted;

@@ -162,7 +162,9 @@ class JsonObject {
   void kind(const char* key, const Kinds& kinds);
   // The value as it stands, to be read by the caller; null when absent.
   const nlohmann::json* value(const char* key) { return take(key); }
-  // Records what is wrong with the key's value beyond its type and range.
+  // Complains about the value at a key that was read well but does not fit the rest.
+  void refuse(const char* key, const std::string& accepted);
+  // Records what is wrong with the key beyond its value.
   void fail(const char* key, const std::string& what) { reader_.fail(path_of(key) + ' ' + what); }
   // Records "<path> is <value>; accepted: <accepted>".
   void complain(const nlohmann::json& value, const std::string& path, const std::string& accepted);

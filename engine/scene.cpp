@@ -115,12 +115,11 @@ void read_particle(JsonObject& json, ListedParticle& particle) {
   json.vector("radiance", particle.radiance, {kLight});
   json.number("base_m", particle.base_m, kAltitudeM);
   json.number("top_m", particle.top_m, kAltitudeM);
-  if (particle.base_m && particle.top_m && *particle.top_m < *particle.base_m)
-    json.fail("top_m", "lies below base_m; accepted: base_m or more");
+  if (particle.base_m && particle.top_m && *particle.top_m < *particle.base_m) json.refuse("top_m", "base_m or more");
   json.vector("orientation", particle.orientation, {{-1, 1}});
   if (!particle.orientation) return;
   if (std::abs(glm::length(*particle.orientation) - 1.0f) > 1e-3f)
-    json.fail("orientation", "is no rotation; accepted: a unit quaternion x, y, z, w");
+    json.refuse("orientation", "a unit quaternion x, y, z, w");
   particle.orientation = glm::normalize(*particle.orientation);
 }
 

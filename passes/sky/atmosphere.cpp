@@ -74,6 +74,7 @@ void AtmospherePass::add_lasting(FrameBuilder& frame, const glm::vec3& ground_al
                    .kernel = &transmittance_,
                    .bindings = {{0, tables_.transmittance, Access::storage_write}},
                    .groups = groups(tables_.transmittance, 8, 8)});
+  if (frame.stands(&tables_.multi_scattering, as_inputs(ground_albedo), Keep::lasting)) return;
   frame.compute(
       {.name = "multi_scattering",
        .kernel = &multi_scattering_,

@@ -40,6 +40,8 @@ constexpr Part kParts[] = {
     {"tests/shaders", 7, false},
 };
 
+constexpr const char* kSettings = "passes/settings.h";
+
 struct Place {
   std::string folder;  // with the name that "*" stands for
   const Part* part = nullptr;
@@ -72,6 +74,9 @@ bool is_shader(const std::string& file) {
 bool may_include(const std::string& file, const std::string& included) {
   const Place from = place_of(file), to = place_of(included);
   if (from.part == nullptr || to.part == nullptr) return false;
+  // The settings stand below the passes' folders: all may ask them, they know none.
+  if (included == kSettings) return file.starts_with("passes/") || from.part->level > to.part->level;
+  if (file == kSettings) return to.part->level < 3;
   if (from.part->library && !to.part->library) return false;
   // C++ and GLSL share what is in shaders/shared, and nothing else.
   if (to.folder != "shaders/shared" && is_shader(file) != is_shader(included)) return false;
@@ -105,6 +110,9 @@ std::string included_file(const std::string& file, const std::string& name) {
 TEST_CASE("the rules of inclusion refuse what they are for") {
   CHECK(may_include("passes/layer/view_sort.h", "passes/kit/radix_sort.h"));
   CHECK(may_include("passes/renderer.cpp", "passes/layer/view_sort.h"));
+  CHECK(may_include("passes/layer/cloud_layer.h", "passes/settings.h"));
+  CHECK_FALSE(may_include("passes/settings.h", "passes/layer/cloud_layer.h"));
+  CHECK_FALSE(may_include("lut/tables.h", "passes/settings.h"));
   CHECK(may_include("tools/main.cpp", "tools/path_tracer/path_tracer.h"));
   CHECK(may_include("shaders/layer/cloud.frag", "shaders/shared/light.h"));
   CHECK(may_include("engine/scene.cpp", "shaders/shared/world.h"));
