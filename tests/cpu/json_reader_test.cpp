@@ -160,7 +160,27 @@ TEST_CASE("docs/scene_file.md: the tables of keys are the reader's own") {
     if (line.starts_with("| `")) rows.push_back(cells_of(line));
     at = end + 1;
   }
-  const std::vector<JsonKey> keys = scene_keys();
+  // Some sources have the keys of "clouds" or of "particles": the document refers to those, so they must be the same.
+  std::vector<JsonKey> keys, repeated;
+  for (JsonKey key : scene_keys()) {
+    const std::string field = "sources[field].", listed = "sources[particles].particles[].";
+    if (key.path.starts_with(field))
+      repeated.push_back({"clouds." + key.path.substr(field.size()), key.accepted, key.default_value});
+    else if (key.path.starts_with(listed))
+      repeated.push_back({"particles[]." + key.path.substr(listed.size()), key.accepted, key.default_value});
+    else
+      keys.push_back(std::move(key));
+  }
+  const auto count_of = [&](const std::string& prefix) {
+    return std::count_if(keys.begin(), keys.end(), [&](const JsonKey& key) { return key.path.starts_with(prefix); });
+  };
+  CHECK(static_cast<std::size_t>(count_of("clouds.") + count_of("particles[].")) == repeated.size());
+  for (const JsonKey& key : repeated) {
+    CAPTURE(key.path);
+    CHECK(std::any_of(keys.begin(), keys.end(), [&](const JsonKey& other) {
+      return other.path == key.path && other.accepted == key.accepted && other.default_value == key.default_value;
+    }));
+  }
   for (std::size_t i = 0; i < std::max(rows.size(), keys.size()); ++i) {
     REQUIRE_MESSAGE(i < rows.size(), "the document lacks ", keys[i].path);
     REQUIRE_MESSAGE(i < keys.size(), "no such key: ", rows[i][0]);
