@@ -31,7 +31,8 @@ Preset preset(Quality quality) {
 FieldGrid field_grid(const RenderSettings& settings) {
   const Preset of_quality = preset(settings.quality);
   return {settings.ring_size_cells > 0 ? settings.ring_size_cells : of_quality.ring_size_cells,
-          settings.layer_count > 0 ? settings.layer_count : of_quality.layer_count, of_quality.crown_per_cell};
+          settings.layer_count > 0 ? settings.layer_count : of_quality.layer_count,
+          static_cast<float>(of_quality.crown_per_cell * settings.crown_factor)};
 }
 
 class Maker {

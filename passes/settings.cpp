@@ -44,6 +44,8 @@ Value get(const RenderSettings& settings) {
     return std::string(name_of(settings.*member));
   else if constexpr (std::is_same_v<Type, bool>)
     return settings.*member;
+  else if constexpr (std::is_same_v<Type, double>)
+    return settings.*member;
   else
     return std::uint64_t{settings.*member};
 }
@@ -55,6 +57,8 @@ void set(RenderSettings& settings, const Value& value) {
     settings.*member = named<Type>(std::get<std::string>(value));
   else if constexpr (std::is_same_v<Type, bool>)
     settings.*member = std::get<bool>(value);
+  else if constexpr (std::is_same_v<Type, double>)
+    settings.*member = std::get<double>(value);
   else
     settings.*member = static_cast<Type>(std::get<std::uint64_t>(value));
 }
@@ -110,6 +114,9 @@ std::span<const Setting> all_settings() {
                                WholeNumber{40, 256, 8, "the quality's own"}),
       row<&S::layer_count>("layers", "--layer-count", "Particles stacked in a cell, the base's included", "",
                            WholeNumber{1, 15, 1, "the quality's own"}),
+      row<&S::crown_factor>("crown_factor", "--crown-factor",
+                            "Particles of the clouds' crowns, as a multiple of the quality's own", "",
+                            RealNumber{0.25, 4}),
   };
   return settings;
 }

@@ -46,6 +46,7 @@ struct RenderSettings {
   std::uint32_t march_steps = 64;       // that a marched ray takes across eight particle diameters
   std::uint32_t ring_size_cells = 0;    // cells along a ring's side; 0: the quality's
   std::uint32_t layer_count = 0;        // particles stacked in a cell, base included; 0: the quality's
+  double crown_factor = 1;              // particles of the clouds' crowns, as a multiple of the quality's
 };
 
 struct Setting {

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "tests/support/setting_values.h"
@@ -17,7 +18,7 @@ TEST_CASE("settings: each member of RenderSettings can be reached through the te
     REQUIRE(set_from_text(setting, changed, changed_text(setting), setting.key));
   // Stops compiling when RenderSettings gets a member, so that it is compared here too.
   const auto& [width, height, quality, scale, full_layer, reuse, backend, blend, culling, method, march_steps,
-               ring_size_cells, layer_count] = changed;
+               ring_size_cells, layer_count, crown_factor] = changed;
   const RenderSettings usual;
   CHECK(width != usual.width);
   CHECK(height != usual.height);
@@ -32,6 +33,7 @@ TEST_CASE("settings: each member of RenderSettings can be reached through the te
   CHECK(march_steps != usual.march_steps);
   CHECK(ring_size_cells != usual.ring_size_cells);
   CHECK(layer_count != usual.layer_count);
+  CHECK(crown_factor != usual.crown_factor);
 }
 
 TEST_CASE("settings: a setting changes its own value alone") {
@@ -110,6 +112,7 @@ TEST_CASE("settings: a host's values are checked by the same table") {
   refuse({.march_steps = 4097}, "steps is 4097");
   refuse({.ring_size_cells = 100}, "ring_size_cells is 100; accepted: a multiple of 8 from 40 to 256");
   refuse({.layer_count = 16}, "layers is 16; accepted: a whole number from 1 to 15");
+  refuse({.crown_factor = NAN}, "crown_factor is nan; accepted: a number from 0.25 to 4");
 }
 
 TEST_CASE("settings: names are unique and spelt alike") {

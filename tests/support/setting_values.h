@@ -1,6 +1,7 @@
 // Texts that tests give to settings, made from what the table says each one accepts.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -27,7 +28,13 @@ inline std::vector<std::string> accepted_texts(const Accepted& accepted) {
 }
 
 inline std::vector<std::string> refused_texts(const Accepted& accepted) {
-  std::vector<std::string> texts{"", "surely not", "-1", "1.5", "3 ", "99999999999999999999", "nan"};
+  std::vector<std::string> texts{"", "surely not", "-1", "3 ", "99999999999999999999", "nan"};
+  if (const auto* range = std::get_if<RealNumber>(&accepted)) {
+    texts.push_back(number_text(std::nextafter(range->minimum, -INFINITY)));
+    texts.push_back(number_text(std::nextafter(range->maximum, INFINITY)));
+  } else {
+    texts.emplace_back("1.5");
+  }
   if (const auto* range = std::get_if<WholeNumber>(&accepted)) {
     texts.push_back(std::to_string(range->minimum - 1));
     texts.push_back(std::to_string(range->maximum + 1));

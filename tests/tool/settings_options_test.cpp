@@ -124,6 +124,20 @@ TEST_CASE("settings: a toggle's name alone turns it on, and may be followed by o
   CHECK_FALSE(reuse({"--reuse", "--reuse=off"}));
 }
 
+TEST_CASE("settings: a larger crown factor makes more particles of the same clouds") {
+  const TempDirectory directory;
+  const auto particles = [&](const char* factor) {
+    const ProgramResult result =
+        run_program({"render", "--size", "8x8", "--quality", "low", "--stats", directory / "stats.json", "--tables",
+                     small_tables(), "--crown-factor", factor});
+    REQUIRE_MESSAGE(result.status == 0, result.err);
+    const json stats = json::parse(read_file(directory / "stats.json"));
+    for (const auto& [buffer, lost] : stats.at("overflow").items()) CHECK_MESSAGE(lost == 0, buffer);
+    return stats.at("particles_generated").get<double>();
+  };
+  CHECK(particles("4") > 1.5 * particles("0.25"));
+}
+
 TEST_CASE("settings: the statistics tell every setting as it was asked for") {
   const TempDirectory directory;
   write_file(directory / "scene.json", R"({"particles": []})");
