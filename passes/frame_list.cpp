@@ -7,6 +7,8 @@
 #include "passes/light/cloud_shadow.h"
 #include "passes/light/light_tiles.h"
 #include "passes/light/occlusion.h"
+#include "passes/sky/atmosphere.h"
+#include "passes/sky/composite.h"
 #include "passes/sources/cloud_particles.h"
 
 namespace nephele {
@@ -53,50 +55,61 @@ struct FramePasses::Clouds {
   const Buffer* all_particles = nullptr;                                   // of the last frame
 };
 
+struct FramePasses::Passes {
+  Passes(Workshop& make, const RenderSettings& settings)
+      : constants(make.buffer("frame_constants", sizeof(FrameConstants))),
+        no_host(make.image("no_host", {VK_FORMAT_R32_SFLOAT})),
+        atmosphere(make),
+        composite(make, settings.width, settings.height) {}
+
+  const Buffer& constants;
+  const Image& no_host;  // bound where there is no host's image, never read
+  AtmospherePass atmosphere;
+  CompositePass composite;
+  std::unique_ptr<Clouds> clouds;
+};
+
 FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const DetailNoise& noise, const Scene& scene,
                          const RenderSettings& settings)
     : tables_(tables),
       noise_(noise),
-      constants_(make.buffer("frame_constants", sizeof(FrameConstants))),
-      atmosphere_(make),
-      composite_(make, settings.width, settings.height),
       hdr_(make.image("hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height})),
       display_(make.image("display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height})),
-      no_host_(make.image("no_host", {VK_FORMAT_R32_SFLOAT})) {
+      passes_(std::make_unique<Passes>(make, settings)) {
   std::vector<std::unique_ptr<CloudSource>> sources = make_sources(make, scene, settings);
-  if (!sources.empty()) clouds_ = std::make_unique<Clouds>(make, tables_, std::move(sources), settings);
+  if (!sources.empty()) passes_->clouds = std::make_unique<Clouds>(make, tables_, std::move(sources), settings);
 }
 
 FramePasses::~FramePasses() = default;
 
 void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, const FrameView& view,
                       const HostScene& host, std::uint32_t slot) {
-  frame.update("frame_constants", constants_, as_push(constants));
-  CompositeInputs composite{.frame_constants = &constants_,
-                            .host_distance = host.distance_m ? host.distance_m : &no_host_,
-                            .host_radiance = host.radiance ? host.radiance : &no_host_};
+  frame.update("frame_constants", passes_->constants, as_push(constants));
+  CompositeInputs composite{.frame_constants = &passes_->constants,
+                            .host_distance = host.distance_m ? host.distance_m : &passes_->no_host,
+                            .host_radiance = host.radiance ? host.radiance : &passes_->no_host};
   if (constants.atmosphere_enabled)
     composite.atmosphere =
-        &atmosphere_.add(frame, constants, constants_,
-                         {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
-                          .aerial_perspective = clouds_ != nullptr || constants.host_scene});
-  if (clouds_) add_clouds(frame, constants, view, composite, slot);
-  composite_.add(frame, composite, view.camera_m, hdr_, display_);
+        &passes_->atmosphere.add(frame, constants, passes_->constants,
+                                 {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
+                                  .aerial_perspective = passes_->clouds != nullptr || constants.host_scene});
+  if (passes_->clouds) add_clouds(frame, constants, view, composite, slot);
+  passes_->composite.add(frame, composite, view.camera_m, hdr_, display_);
 }
 
 void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constants, const FrameView& view,
                              CompositeInputs& composite, std::uint32_t slot) {
-  Clouds& c = *clouds_;
-  const Image* transmittance = constants.atmosphere_enabled ? &atmosphere_.tables().transmittance : nullptr;
-  const CloudParticles::Outputs particles = c.particles.add(frame, constants_, view);
+  Clouds& c = *passes_->clouds;
+  const Image* transmittance = constants.atmosphere_enabled ? &passes_->atmosphere.tables().transmittance : nullptr;
+  const CloudParticles::Outputs particles = c.particles.add(frame, passes_->constants, view);
   c.all_particles = &particles.particles;
-  const LightTileLists tiles = c.light_tiles.add(frame, constants_, particles.particles, particles.counters);
-  const Buffer& lights = c.occlusion.add(frame, constants_, particles.particles, particles.visible, particles.counters,
-                                         tiles, transmittance);
+  const LightTileLists tiles = c.light_tiles.add(frame, passes_->constants, particles.particles, particles.counters);
+  const Buffer& lights = c.occlusion.add(frame, passes_->constants, particles.particles, particles.visible,
+                                         particles.counters, tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
-  c.layer.add(frame,
-              {constants_, particles.particles, particles.visible, draw_order, lights, particles.counters,
-               particles.records, atmosphere_.tables().sky_irradiance, noise_.image(), *composite.host_distance});
+  c.layer.add(frame, {passes_->constants, particles.particles, particles.visible, draw_order, lights,
+                      particles.counters, particles.records, passes_->atmosphere.tables().sky_irradiance,
+                      noise_.image(), *composite.host_distance});
   composite.layer_color = &c.layer.layer_color();
   composite.layer_depth = &c.layer.layer_depth();
   if (constants.scale > 1) {
@@ -105,24 +118,24 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
     composite.full_depth = c.layer.depth();
   }
   if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
-    composite.cloud_shadow = &c.shadow.add(frame, constants_, tiles);
+    composite.cloud_shadow = &c.shadow.add(frame, passes_->constants, tiles);
   frame.read_back("read_counters", particles.counters, *c.counters_back[slot], sizeof(FrameCounters));
   frame.read_back("read_counters", particles.records, *c.records_back[slot], c.particles.records_bytes());
 }
 
 InputBytes FramePasses::cloud_inputs(const FrameView& view) const {
-  return clouds_ ? clouds_->particles.inputs(view) : InputBytes();
+  return passes_->clouds ? passes_->clouds->particles.inputs(view) : InputBytes();
 }
 
 CloudExtent FramePasses::cloud_extent() const {
-  return clouds_ ? clouds_->particles.extent() : CloudExtent{kNoTopM, -kNoTopM, 0.0f};
+  return passes_->clouds ? passes_->clouds->particles.extent() : CloudExtent{kNoTopM, -kNoTopM, 0.0f};
 }
 
 void FramePasses::count(FrameStats& stats, std::uint32_t slot) const {
   stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}, {"screen_pairs", 0}, {"rays", 0}};
   stats.sources.clear();
-  if (!clouds_) return;
-  const FrameCounters& counters = *static_cast<const FrameCounters*>(clouds_->counters_back[slot]->mapped());
+  if (!passes_->clouds) return;
+  const FrameCounters& counters = *static_cast<const FrameCounters*>(passes_->clouds->counters_back[slot]->mapped());
   stats.particles_generated = counters.particle_count;
   stats.particles_visible = counters.visible_count;
   stats.overflow["particles"] = counters.particle_demand - counters.particle_count;
@@ -131,19 +144,19 @@ void FramePasses::count(FrameStats& stats, std::uint32_t slot) const {
   stats.overflow["screen_pairs"] = counters.screen_pair_demand - counters.screen_pair_count;
   stats.overflow["rays"] = counters.rays_cut_short;
   stats.pairs_shaded = counters.pairs_shaded;
-  const auto* record = static_cast<const shared::SourceRecord*>(clouds_->records_back[slot]->mapped());
-  for (const auto& source : clouds_->particles.sources()) {
+  const auto* record = static_cast<const shared::SourceRecord*>(passes_->clouds->records_back[slot]->mapped());
+  for (const auto& source : passes_->clouds->particles.sources()) {
     stats.sources.push_back({source->name(), record->count, record->demand - record->count});
     ++record;
   }
 }
 
 std::vector<shared::Particle> FramePasses::read_particles(std::uint32_t slot) const {
-  if (!clouds_ || !clouds_->all_particles) return {};
-  const auto& counters = *static_cast<const FrameCounters*>(clouds_->counters_back[slot]->mapped());
-  return clouds_->all_particles->read_vector<shared::Particle>(counters.particle_count);
+  if (!passes_->clouds || !passes_->clouds->all_particles) return {};
+  const auto& counters = *static_cast<const FrameCounters*>(passes_->clouds->counters_back[slot]->mapped());
+  return passes_->clouds->all_particles->read_vector<shared::Particle>(counters.particle_count);
 }
 
-const CloudLayer* FramePasses::cloud_layer() const { return clouds_ ? &clouds_->layer : nullptr; }
+const CloudLayer* FramePasses::cloud_layer() const { return passes_->clouds ? &passes_->clouds->layer : nullptr; }
 
 }  // namespace nephele

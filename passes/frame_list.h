@@ -8,12 +8,12 @@
 #include "passes/layer/cloud_layer.h"
 #include "passes/layer/detail_noise.h"
 #include "passes/nephele.h"
-#include "passes/sky/atmosphere.h"
-#include "passes/sky/composite.h"
 #include "passes/sources/cloud_source.h"
 #include "shared/types.h"
 
 namespace nephele {
+
+struct CompositeInputs;
 
 class FramePasses {
  public:
@@ -42,19 +42,16 @@ class FramePasses {
   const CloudLayer* cloud_layer() const;  // null when the scene has no clouds at all
 
  private:
-  struct Clouds;  // everything that only a scene with clouds needs
+  struct Clouds;  // the passes that only a scene with clouds needs
+  struct Passes;  // all of them
   void add_clouds(FrameBuilder& frame, const shared::FrameConstants& constants, const FrameView& view,
                   CompositeInputs& composite, std::uint32_t slot);
 
   const GpuTables& tables_;
   const DetailNoise& noise_;
-  const Buffer& constants_;
-  AtmospherePass atmosphere_;
-  CompositePass composite_;
   const Image& hdr_;
   const Image& display_;
-  const Image& no_host_;  // bound where there is no host's image, never read
-  std::unique_ptr<Clouds> clouds_;
+  std::unique_ptr<Passes> passes_;
 };
 
 }  // namespace nephele
