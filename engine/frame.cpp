@@ -215,8 +215,7 @@ std::vector<PlannedBarrier> FrameBuilder::plan() const { return plan_barriers(de
 
 std::string FrameBuilder::describe() const { return describe_plan(declarations_, plan(), resource_names_); }
 
-FrameBuilder::FrameBuilder(FrameExecutor& executor, Reuse reuse)
-    : device_(&executor.device_), memory_(&executor.memory_), reuse_(reuse) {}
+FrameBuilder::FrameBuilder(FrameExecutor& executor, Reuse reuse) : memory_(&executor.memory_), reuse_(reuse) {}
 
 bool FrameBuilder::stands(const ResourceRef& resource, InputBytes inputs, Keep keep) {
   const std::uint64_t id = std::visit([](const auto* object) { return object->id(); }, resource);

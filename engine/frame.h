@@ -88,7 +88,7 @@ enum class Reuse : std::uint8_t { all, lasting };
 class FrameBuilder {
  public:
   // A frame that does all its work.
-  explicit FrameBuilder(Device& device) : device_(&device) {}
+  explicit FrameBuilder(Device&) {}
   // A frame that may leave out what stands from frames that the executor has recorded.
   explicit FrameBuilder(FrameExecutor& executor, Reuse reuse = Reuse::all);
 
@@ -119,7 +119,6 @@ class FrameBuilder {
   std::uint32_t resource_index(const ResourceRef& resource);
   void add(std::string name, const std::vector<std::pair<ResourceRef, Access>>& uses, RecordFunction record);
 
-  Device* device_;
   const StepMemory* memory_ = nullptr;
   Reuse reuse_ = Reuse::all;
   std::vector<StepMemory::Claim> claims_;
