@@ -7,8 +7,9 @@
 namespace nephele {
 namespace {
 
-// A kept buffer serves smaller wishes too, but not at the price of holding on to far more than is needed.
-constexpr VkDeviceSize kMostSpareFactor = 4;
+// A kept buffer serves smaller wishes too, but not at the price of holding on to far more than is needed. (The exact
+// blend's pages are some twenty times as large as the volume blend's, and a renderer may go to and fro.)
+constexpr VkDeviceSize kMostSpareFactor = 32;
 constexpr VkDeviceSize kSmallBytes = 1u << 20;
 constexpr std::uint64_t kNotYet = ~std::uint64_t{0};  // put aside while passes are being made
 

@@ -134,6 +134,8 @@ CloudExtent FramePasses::cloud_extent() const {
 void FramePasses::count(FrameStats& stats, std::uint32_t slot) const {
   stats.overflow = {{"particles", 0}, {"visible", 0}, {"tile_pairs", 0}, {"screen_pairs", 0}, {"rays", 0}};
   stats.sources.clear();
+  stats.particles_generated = stats.particles_visible = 0;
+  stats.pairs_shaded = 0;
   if (!passes_->clouds) return;
   const FrameCounters& counters = *static_cast<const FrameCounters*>(passes_->clouds->counters_back[slot]->mapped());
   stats.particles_generated = counters.particle_count;

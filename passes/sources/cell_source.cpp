@@ -168,7 +168,7 @@ void CellSource::add(FrameBuilder& frame, const FrameView& view, const ParticleS
 void CellSource::add_cells(FrameBuilder& frame) {
   frame.compute({.name = name_,
                  .kernel = &features_kernel_,
-                 .bindings = {{0, constants_, Access::uniform},
+                 .bindings = {{0, constants_, Access::storage_read},
                               {1, features_, Access::storage_write},
                               {2, weather_map_, Access::storage_read}},
                  .groups = {groups_for(feature_count_), 1, 1}});
@@ -187,7 +187,7 @@ void CellSource::add_cells(FrameBuilder& frame) {
                  .groups = {groups_for(cell_count_), 1, 1}});
   frame.compute({.name = name_,
                  .kernel = &cells_,
-                 .bindings = {{0, constants_, Access::uniform},
+                 .bindings = {{0, constants_, Access::storage_read},
                               {1, features_, Access::texels},
                               {2, cell_clouds_, Access::storage_write},
                               {3, cell_counts_, Access::storage_write},

@@ -5,6 +5,7 @@
 // Evaluates every feature that the frame's particles can ask for, once: each is looked up some hundred times.
 layout(local_size_x = 64) in;
 
+#define FIELD_IN_STORAGE
 #define WRITES_FEATURES
 #define READS_WEATHER 2
 #include "sources/cloud_features.glsl"

@@ -5,6 +5,7 @@
 // [Yusov14] 5.2 step 1: what stands in each listed cell of the ring grid, wherever in its finest cell the camera is.
 layout(local_size_x = 64) in;
 
+#define FIELD_IN_STORAGE
 #define READS_WEATHER 4
 #define READS_NEAR 7
 #include "sources/cloud_features.glsl"

@@ -36,7 +36,10 @@ std::vector<std::pair<std::uint32_t, VkImageLayout>> references(const VkAttachme
 
 std::vector<CreatedPipeline> pipelines_of(Backend backend) {
   created_pipelines.clear();
-  draw_layer({emissive({0, 300, 0}, glm::vec3(80), 0.01f, {1, 1, 1})}, kLevelCamera, backend);
+  Kernels kernels(test_device());  // with no pipeline made before
+  Workshop make(kernels);
+  const GpuTables tables(test_device(), blank_tables());
+  const RasterBlend blend(make, tables, backend, 16, 16);
   return created_pipelines;
 }
 

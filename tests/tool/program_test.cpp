@@ -88,6 +88,8 @@ TEST_CASE("program: no shader is compiled anew for another camera, sun and weath
                                                {"--backend", "attachment"},
                                                {"--method", "raymarch", "--steps", "8"}}) {
     CAPTURE(mode);
+    // Mesa keeps a few small kernels on disk only when a second process asks for them.
+    compiled("a.json", mode);
     const std::uintmax_t once = compiled("a.json", mode);
     if (lavapipe) CHECK(once > 100000);
     CHECK(compiled("b.json", mode) == once);
