@@ -9,7 +9,6 @@
 #include "passes/light/occlusion.h"
 #include "passes/sky/atmosphere.h"
 #include "passes/sky/composite.h"
-#include "passes/sky/vignette.h"
 #include "passes/sources/cloud_particles.h"
 
 namespace nephele {
@@ -61,14 +60,12 @@ struct FramePasses::Passes {
       : constants(make.buffer("frame_constants", sizeof(FrameConstants))),
         no_host(make.image("no_host", {VK_FORMAT_R32_SFLOAT})),
         atmosphere(make),
-        composite(make, settings.width, settings.height),
-        vignette(make) {}
+        composite(make, settings.width, settings.height) {}
 
   const Buffer& constants;
   const Image& no_host;  // bound where there is no host's image, never read
   AtmospherePass atmosphere;
   CompositePass composite;
-  Vignette vignette;
   std::unique_ptr<Clouds> clouds;
 };
 
@@ -98,7 +95,6 @@ void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, cons
                                   .aerial_perspective = passes_->clouds != nullptr || constants.host_scene});
   if (passes_->clouds) add_clouds(frame, constants, view, composite, slot);
   passes_->composite.add(frame, composite, view.camera_m, hdr_, display_);
-  passes_->vignette.add(frame, hdr_, 0.3f);
 }
 
 void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constants, const FrameView& view,
