@@ -107,7 +107,14 @@ struct ParticleGroup {
 };
 
 // One of many sources of clouds.
-using SceneSource = std::variant<CloudSettings, ParticleGroup>;
+// Equal spheres in a row towards the east.
+struct RowSettings {
+  std::uint32_t count = 5;
+  double spacing_m = 300.0;
+  Placement placement;
+};
+
+using SceneSource = std::variant<CloudSettings, ParticleGroup, RowSettings>;
 inline constexpr std::size_t kMaxSources = 64;
 
 struct Scene {
