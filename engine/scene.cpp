@@ -168,18 +168,9 @@ void read_field(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles&
               [&sources, index]() -> CloudSettings& { return std::get<CloudSettings>(sources[index]); });
 }
 
-void read_row(JsonObject& json, std::vector<SceneSource>& sources) {
-  RowSettings row;
-  json.integer("count", row.count, 1, 1000);
-  json.number("spacing_m", row.spacing_m, {1, 1e5});
-  read_placement(json, row.placement);
-  sources.emplace_back(row);
-}
-
 void read_source(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles& files) {
   json.kind("kind", {{"set", [&](JsonObject& set) { read_set(set, sources, files); }},
                      {"field", [&](JsonObject& field) { read_field(field, sources, files); }},
-                     {"row", [&](JsonObject& row) { read_row(row, sources); }},
                      {"particles", [&](JsonObject& group) { read_group(group, sources); }}});
 }
 

@@ -107,14 +107,7 @@ struct ParticleGroup {
 };
 
 // One of many sources of clouds.
-// Equal spheres in a row towards the east.
-struct RowSettings {
-  std::uint32_t count = 5;
-  double spacing_m = 300.0;
-  Placement placement;
-};
-
-using SceneSource = std::variant<CloudSettings, ParticleGroup, RowSettings>;
+using SceneSource = std::variant<CloudSettings, ParticleGroup>;
 inline constexpr std::size_t kMaxSources = 64;
 
 struct Scene {

@@ -6,7 +6,6 @@
 #include "passes/sources/cell_source.h"
 #include "passes/sources/cloud_source.h"
 #include "passes/sources/listed_source.h"
-#include "passes/sources/row_source.h"
 
 namespace nephele {
 namespace {
@@ -51,7 +50,6 @@ class Maker {
     keep(std::make_unique<ListedSource>(make_, unused(group.name), group, scene_wind_m_per_s(scene_),
                                         scene_.world_origin_m, room_));
   }
-  void add(const RowSettings& row) { add(row_of_spheres(row)); }
   std::vector<std::unique_ptr<CloudSource>> made() { return std::move(made_); }
 
  private:
