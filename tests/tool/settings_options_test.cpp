@@ -126,10 +126,11 @@ TEST_CASE("settings: a toggle's name alone turns it on, and may be followed by o
 
 TEST_CASE("settings: a larger crown factor makes more particles of the same clouds") {
   const TempDirectory directory;
+  write_file(directory / "scene.json", R"({"clouds": {"view_distance_m": 5000}})");
   const auto particles = [&](const char* factor) {
     const ProgramResult result =
-        run_program({"render", "--size", "8x8", "--quality", "low", "--stats", directory / "stats.json", "--tables",
-                     small_tables(), "--crown-factor", factor});
+        run_program({"render", "--scene", directory / "scene.json", "--size", "8x8", "--quality", "low", "--stats",
+                     directory / "stats.json", "--tables", small_tables(), "--crown-factor", factor});
     REQUIRE_MESSAGE(result.status == 0, result.err);
     const json stats = json::parse(read_file(directory / "stats.json"));
     for (const auto& [buffer, lost] : stats.at("overflow").items()) CHECK_MESSAGE(lost == 0, buffer);
