@@ -2,6 +2,7 @@
 // bytes (no dates, no host names), and files appear complete or not at all (atomic_file.h).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>

@@ -1,6 +1,7 @@
 // Pipelines by shader and constants, each made once and kept: everything that draws with one device shares them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>

@@ -6,6 +6,7 @@
 // east, y north and z up as long as nothing turns the set.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <string>

@@ -1,6 +1,7 @@
 // The phase functions by the names that scene files, options and the tables' own files give them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <iterator>
 #include <optional>

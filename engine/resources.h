@@ -2,6 +2,7 @@
 // Every image lives in VK_IMAGE_LAYOUT_GENERAL from its creation on, so that barriers are memory barriers only.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>

@@ -2,6 +2,7 @@
 // reader of the JSON scene file (whose keys carry degrees). Knows nothing of how a scene is drawn.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <numbers>

@@ -1,6 +1,8 @@
 // The fetches of shaders/layer/table_fetch.glsl on the CPU: the same shared axes, linear filtering in float.
 #pragma once
 
+#include <vector>
+
 #include "lut/tables.h"
 #include "shared/prelude.h"
 

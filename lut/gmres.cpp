@@ -1,5 +1,6 @@
 #include "lut/gmres.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 

@@ -2,8 +2,10 @@
 // the paper's angles: chords are addressed by entry and exit point (shared/table_axes.h).
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <functional>
 
 #include <Eigen/Dense>
 

@@ -1,7 +1,9 @@
 // The multiple scattering table: solves the sphere at every density of the axis, gathers the radiance of orders >= 2
 // for every (c, h) at twelve azimuths and fits a cubic in the azimuth's cosine (shared/table_axes.h).
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include <Eigen/Dense>
 

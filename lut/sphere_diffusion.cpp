@@ -1,5 +1,7 @@
 #include "lut/sphere_diffusion.h"
 
+#include <cmath>
+
 #include <Eigen/SparseCholesky>
 
 #include "engine/check.h"

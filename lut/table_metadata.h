@@ -1,6 +1,9 @@
 // What every table's JSON begins with, and its check.
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 #include "lut/tables.h"

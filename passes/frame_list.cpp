@@ -2,6 +2,7 @@
 #include "passes/frame_list.h"
 
 #include <algorithm>
+#include <array>
 
 #include "passes/layer/view_sort.h"
 #include "passes/light/cloud_shadow.h"

@@ -1,6 +1,7 @@
 // The frame: every pass of the renderer and, in frame_list.cpp alone, their order.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #include "passes/settings.h"
 
 #include <algorithm>
+#include <optional>
 #include <type_traits>
 
 #include "engine/check.h"

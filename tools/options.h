@@ -1,6 +1,7 @@
 // Option values that several commands read, and names of numbered frames.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>

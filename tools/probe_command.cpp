@@ -1,4 +1,5 @@
 // nephele probe: what shading would read from the tables, for rays given in a file.
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>

@@ -1,6 +1,7 @@
 // A sweep against an earlier one: how each variant's time changed, and whether the ratios between variants held.
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>

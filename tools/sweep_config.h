@@ -14,6 +14,7 @@
 // of the top-level reference settings for the variant's own scene and resolution.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -1,6 +1,7 @@
 // What a sweep found: a row a variant, as JSON for programs, CSV for spreadsheets and Markdown for people.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>

@@ -1,7 +1,10 @@
 #include "lut/study/paper_tables.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
 

@@ -7,6 +7,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <filesystem>
 
 #include "lut/cpu_fetch.h"
 

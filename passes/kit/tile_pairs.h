@@ -5,6 +5,9 @@
 // cost: one prefix sum over the item capacity and one radix sort of the pairs by tile.
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include "passes/kit/radix_sort.h"
 
 namespace nephele {

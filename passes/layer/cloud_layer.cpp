@@ -1,5 +1,7 @@
 #include "passes/layer/cloud_layer.h"
 
+#include <array>
+
 #include "nephele_shaders.h"
 #include "shared/types.h"
 

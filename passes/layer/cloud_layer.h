@@ -5,6 +5,7 @@
 // cost: fragments (particles times their area in pixels of the layer), each two table fetches and two noise fetches.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "engine/workshop.h"

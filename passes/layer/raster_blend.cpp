@@ -1,5 +1,6 @@
 #include "passes/layer/raster_blend.h"
 
+#include <array>
 #include <limits>
 
 #include "nephele_shaders.h"

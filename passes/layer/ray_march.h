@@ -8,6 +8,8 @@
 // fetch each.
 #pragma once
 
+#include <cstdint>
+
 #include "lut/gpu_tables.h"
 #include "passes/layer/screen_lists.h"
 

@@ -6,6 +6,9 @@
 // cost: one sort of the (tile, particle) pairs.
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include "passes/kit/tile_pairs.h"
 
 namespace nephele {

@@ -7,6 +7,8 @@
 // without particles costs one store a pixel.
 #pragma once
 
+#include <cstdint>
+
 #include "lut/gpu_tables.h"
 #include "passes/layer/screen_lists.h"
 #include "passes/settings.h"

@@ -6,6 +6,8 @@
 // cost: a 24-bit radix sort (three rounds) of the visible particles.
 #pragma once
 
+#include <cstdint>
+
 #include "passes/kit/radix_sort.h"
 
 namespace nephele {

@@ -8,6 +8,8 @@
 // others keep the values of an earlier frame, which nobody reads.
 #pragma once
 
+#include <cstdint>
+
 #include "passes/light/light_tiles.h"
 
 namespace nephele {

@@ -9,6 +9,8 @@
 // cost: a 16-bit sort of the particles and a 14-bit sort of the (tile, particle) pairs, some five a particle.
 #pragma once
 
+#include <cstdint>
+
 #include "passes/kit/tile_pairs.h"
 
 namespace nephele {

@@ -6,6 +6,8 @@
 // the camera. No list is walked for particles that emit light or that no sunlight reaches.
 #pragma once
 
+#include <cstdint>
+
 #include "passes/light/light_tiles.h"
 
 namespace nephele {

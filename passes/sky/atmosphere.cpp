@@ -1,5 +1,7 @@
 #include "passes/sky/atmosphere.h"
 
+#include <array>
+
 #include "nephele_shaders.h"
 #include "shared/air.h"
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "passes/kit/prefix_sum.h"
 #include "passes/sources/cloud_source.h"

@@ -6,6 +6,7 @@
 // cost: the sources', then visibility's.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 

@@ -5,9 +5,11 @@
 // its capacity is the sum of the sources', so each source decides by itself what finds no room.
 #pragma once
 
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/scene.h"

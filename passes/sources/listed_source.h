@@ -7,6 +7,9 @@
 // a float. A source that drifts is seen by a camera that moves against the wind instead.
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include "passes/sources/cloud_source.h"
 #include "shared/listed_particles.h"
 

@@ -5,6 +5,8 @@
 // cost: one test a particle and a prefix sum over the capacity.
 #pragma once
 
+#include <cstdint>
+
 #include "passes/kit/prefix_sum.h"
 
 namespace nephele {

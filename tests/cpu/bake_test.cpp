@@ -1,6 +1,7 @@
 // The bakes against independent truth: Monte Carlo in doubles, conservation of energy, closed forms, plain marching.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>

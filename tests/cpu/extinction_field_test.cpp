@@ -1,6 +1,9 @@
 // The path tracer's medium against its definition and against closed forms.
 #include "tools/path_tracer/extinction_field.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <doctest/doctest.h>
 
 #include "lut/oracles.h"

@@ -1,6 +1,8 @@
 // Light space, its tiles and order, and the optical depth of one particle, against double-precision geometry.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "lut/tables.h"

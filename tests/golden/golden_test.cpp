@@ -3,6 +3,7 @@
 // NEPHELE_UPDATE_GOLDENS=1 writes new ones, and the commit says why.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "shared/atmosphere_tables.h"
 #include "tests/support/sky_frame.h"

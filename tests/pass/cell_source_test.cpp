@@ -2,6 +2,7 @@
 // leaves out nothing that shows.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>

@@ -2,6 +2,8 @@
 // the device has, compared with a double-precision integral of overlapping chords.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "tests/support/layer_scene.h"

@@ -2,6 +2,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 
 #include "nephele_test_shaders.h"
 #include "passes/light/cloud_shadow.h"

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "passes/nephele.h"
 #include "passes/sky/haze_shadow.h"

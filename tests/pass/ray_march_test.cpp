@@ -2,6 +2,8 @@
 // density in doubles, to which it must converge as its steps shrink.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "shared/reference_particle.h"

@@ -1,6 +1,7 @@
 // Tile lists made of rectangles: which items a tile gets, in which order, and what happens when pairs find no room.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "nephele_shaders.h"

@@ -1,6 +1,8 @@
 // The tiled backend: its exact blend against the integral, its volume blend against the raster one, and its lists.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "shared/blend.h"

@@ -1,6 +1,7 @@
 // The kernels of every tuning draw the same picture on one device.
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <random>
 
 #include "engine/image_compare.h"

@@ -2,6 +2,7 @@
 //   test_pass --no-skip --test-case="blending study"
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <random>
 

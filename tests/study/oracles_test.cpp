@@ -1,6 +1,7 @@
 // The oracles themselves, against closed forms and identities that hold for every phase function.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "lut/oracles.h"

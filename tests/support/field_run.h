@@ -1,8 +1,10 @@
 // Cloud fields that are given whole, run through the passes that make particles.
 #pragma once
 
+#include <cstdint>
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "passes/sources/cell_source.h"

@@ -2,8 +2,14 @@
 // with the integral of their chords.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <random>
+#include <span>
+#include <vector>
 
 #include "engine/camera.h"
 #include "passes/layer/cloud_layer.h"

@@ -2,10 +2,15 @@
 // ray, in doubles, by ray-ellipsoid intersection and quadrature.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <random>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "passes/light/light_tiles.h"

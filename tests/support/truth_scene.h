@@ -1,6 +1,9 @@
 // Small clouds for the path tracer's tests.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <optional>

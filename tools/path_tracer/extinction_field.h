@@ -6,6 +6,7 @@
 // Amanatides and Woo 1987), so a tentative collision is nearly always a real one.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <limits>

@@ -1,5 +1,6 @@
 #include "tools/path_tracer/reference_image.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
