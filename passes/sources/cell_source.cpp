@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
 #include "nephele_shaders.h"
 #include "shared/cell_particles.h"
@@ -24,12 +25,12 @@ constexpr float kAboveTallestM = 500.0f;  // that particles reach beyond base an
 std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
 
 // As weather.h has them; one texel that is never read where there is no map.
-const Buffer& upload(Workshop& make, const std::string& name, const WeatherMap* map) {
+const Buffer& upload(Workshop& make, std::string_view name, const WeatherMap* map) {
   std::vector<std::uint32_t> packed;
   if (map)
     for (const glm::u8vec2 texel : map->texels) packed.push_back(texel.x | std::uint32_t{texel.y} << 8);
   packed.resize(std::max<std::size_t>(packed.size(), 1));
-  return make.uploaded(name, std::as_bytes(std::span(packed)));
+  return make.uploaded(std::string(name), std::as_bytes(std::span(packed)));
 }
 
 float most_coverage(const CloudField& field, const WeatherMap* map) {

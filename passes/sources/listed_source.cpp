@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "nephele_shaders.h"
 #include "shared/ellipsoid.h"
@@ -60,14 +61,14 @@ CloudExtent extent_of(std::span<const ListedParticle> particles, const Placement
   return extent;
 }
 
-const Buffer& upload(Workshop& make, const std::string& name, std::span<const ListedParticle> particles,
+const Buffer& upload(Workshop& make, std::string_view name, std::span<const ListedParticle> particles,
                      const Placement& at, const glm::dvec2& world_origin_m) {
   std::vector<shared::PlacedParticle> all;
   all.reserve(particles.size());
   for (const ListedParticle& particle : particles)
     all.push_back(placed(particle, at, world_origin_m, static_cast<std::uint32_t>(all.size())));
   if (all.empty()) all.emplace_back();  // never read
-  return make.uploaded(name, std::as_bytes(std::span(all)));
+  return make.uploaded(std::string(name), std::as_bytes(std::span(all)));
 }
 
 }  // namespace
