@@ -128,7 +128,7 @@ GmresResult gmres(const std::function<void(const float*, float*)>& apply, const 
     }
     apply(result.x.data(), image.data());
     ++result.applications;
-    residual.resize(n);
+    residual.assign(n, 0.0f);
     for (std::size_t i = 0; i < n; ++i) residual[i] = b[i] - result.x[i] + image[i];
     beta = norm(residual);
   }

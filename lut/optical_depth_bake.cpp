@@ -147,9 +147,10 @@ NpyArray bake_optical_depth_array(const ReferenceParticle& particle, int n,
   array.data.resize(2 * array.count());
   const int vertices = n * n;
   std::vector<vec3> points(vertices);
-  for (int i = 0; i < vertices; ++i)
-    points[i] = shared::octahedral_decode(vec2(static_cast<float>(i % n) / static_cast<float>(n - 1),
-                                               static_cast<float>(i / n) / static_cast<float>(n - 1)));
+  for (int row = 0; row < n; ++row)
+    for (int column = 0; column < n; ++column)
+      points[row * n + column] = shared::octahedral_decode(vec2(static_cast<float>(column) / static_cast<float>(n - 1),
+                                                                static_cast<float>(row) / static_cast<float>(n - 1)));
   // First matter jumps where a chord begins to miss a lobe. Averaged over the chords that a vertex stands for (both
   // ends moved within about half a cell) it varies smoothly from vertex to vertex.
   const float spread = 1.0f / static_cast<float>(n - 1);

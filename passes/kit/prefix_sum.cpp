@@ -25,8 +25,8 @@ PrefixSum::PrefixSum(Workshop& make, const std::string& name, std::uint32_t max_
   }
 }
 
-void PrefixSum::add(FrameBuilder& frame, std::string name, const Buffer& values, std::uint32_t n, const Buffer& total,
-                    VkDeviceSize total_offset_bytes) {
+void PrefixSum::add(FrameBuilder& frame, const std::string& name, const Buffer& values, std::uint32_t n,
+                    const Buffer& total, VkDeviceSize total_offset_bytes) {
   NEPHELE_CHECK(n <= max_count_, name, ": ", n, " values, room for ", max_count_);
   NEPHELE_CHECK(total_offset_bytes % sizeof(std::uint32_t) == 0, name, ": total at byte ", total_offset_bytes);
 

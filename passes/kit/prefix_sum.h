@@ -21,7 +21,7 @@ class PrefixSum {
 
   // Replaces values[0, n) by their exclusive prefix sum (modulo 2^32) and writes their total, one uint, at that
   // byte offset of `total`, a buffer other than `values`. n <= max_count; n = 0 gives a total of 0.
-  void add(FrameBuilder& frame, std::string name, const Buffer& values, std::uint32_t n, const Buffer& total,
+  void add(FrameBuilder& frame, const std::string& name, const Buffer& values, std::uint32_t n, const Buffer& total,
            VkDeviceSize total_offset_bytes = 0);
 
  private:

@@ -220,7 +220,8 @@ TEST_CASE(
     return 0.4f + 0.2f * std::sin(dot(a, entry)) + 0.15f * std::cos(dot(b, exit));
   };
   const auto vertex = [&](int i) {
-    return shared::octahedral_decode(shared::vec2(float(i % n), float(i / n)) / float(n - 1));
+    const int column = i % n, row = i / n;
+    return shared::octahedral_decode(shared::vec2(float(column), float(row)) / float(n - 1));
   };
   std::vector<float> values(constant.size());
   for (int s = 0; s < vertices; ++s)

@@ -10,7 +10,6 @@
 
 using namespace nephele;
 using namespace nephele::shared;
-using nephele::test::SkyView;
 
 namespace {
 

@@ -10,7 +10,6 @@
 #include "tests/support/test_tables.h"
 
 using namespace nephele;
-using nephele::test::test_device;
 using nephele::test::test_sky;
 
 namespace {

@@ -36,7 +36,8 @@ ListedParticle listed_at(const glm::dvec3& center_m) {
 ParticleGroup heap(const std::string& name, const Placement& placement) {
   ParticleGroup group{.name = name, .particles = {}, .placement = placement};
   for (int i = 0; i < 150; ++i) {
-    group.particles.push_back(listed_at({30.0 * (i % 13), 40.0 * (i / 13), 500.0 + 5.0 * i}));
+    const int column = i % 13, row = i / 13;
+    group.particles.push_back(listed_at({30.0 * column, 40.0 * row, 500.0 + 5.0 * i}));
     group.particles.back().base_m = 450.0f;
     group.particles.back().top_m = 1400.0f;
   }

@@ -171,7 +171,7 @@ TEST_CASE("probe: rays beyond one batch come back in order") {
 TEST_CASE("probe: bad input names file, line, column and what is accepted, and leaves nothing behind") {
   const TempDirectory directory;
   const std::string in = directory / "in.csv", out = directory / "out.csv";
-  const auto refuse = [&](std::vector<std::string> arguments, const std::vector<std::string>& mentions) {
+  const auto refuse = [&](const std::vector<std::string>& arguments, const std::vector<std::string>& mentions) {
     const ProgramResult result = run_program(arguments);
     CAPTURE(result.err);
     CHECK(result.status == 2);

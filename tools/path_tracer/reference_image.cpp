@@ -38,7 +38,8 @@ ReferenceImage::ReferenceImage(const CameraState& camera, std::uint32_t width, s
       sums_(std::size_t{width} * height) {}
 
 glm::vec3 ReferenceImage::direction(std::uint32_t pixel) const {
-  const glm::vec2 center(static_cast<float>(pixel % width_) + 0.5f, static_cast<float>(pixel / width_) + 0.5f);
+  const std::uint32_t column = pixel % width_, row = pixel / width_;
+  const glm::vec2 center = glm::vec2(column, row) + 0.5f;
   const glm::vec2 ndc = center / glm::vec2(width_, height_) * 2.0f - 1.0f;
   return glm::normalize(glm::vec3(render_from_clip_ * glm::vec4(ndc, 1.0f, 1.0f)));
 }
