@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # clang-tidy (.clang-tidy) over the C++ sources, one process a core; fails where there is a finding, and goes on with
 # the other files. Needs build/ configured and its generated headers built. All sources take ten minutes on two cores.
-# Version 16: older ones cannot read lambdas that capture structured bindings.
+# Version 16, which Debian 12 has: older ones cannot read lambdas that capture structured bindings.
 #   tools/tidy.sh [FILE...]     default: every .cpp of engine, lut, passes, tools and tests that git tracks
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -1,6 +1,8 @@
-// Who may include whom in the source tree, and that no two files share a name.
+// Who may include whom in the source tree, that no two files share a name, and that headers stand on their own.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -105,7 +107,95 @@ std::string included_file(const std::string& file, const std::string& name) {
   return {};
 }
 
+// Names of the standard library, each with the header that is sure to have it.
+struct StandardName {
+  const char* name;
+  const char* header;
+};
+constexpr StandardName kStandardNames[] = {
+    {"int32_t", "cstdint"},
+    {"int64_t", "cstdint"},
+    {"uint8_t", "cstdint"},
+    {"uint16_t", "cstdint"},
+    {"uint32_t", "cstdint"},
+    {"uint64_t", "cstdint"},
+    {"size_t", "cstddef"},
+    {"byte", "cstddef"},
+    {"ptrdiff_t", "cstddef"},
+    {"string", "string"},
+    {"to_string", "string"},
+    {"string_view", "string_view"},
+    {"vector", "vector"},
+    {"array", "array"},
+    {"map", "map"},
+    {"span", "span"},
+    {"as_bytes", "span"},
+    {"unique_ptr", "memory"},
+    {"make_unique", "memory"},
+    {"shared_ptr", "memory"},
+    {"optional", "optional"},
+    {"nullopt", "optional"},
+    {"function", "functional"},
+    {"move", "utility"},
+    {"pair", "utility"},
+    {"variant", "variant"},
+    {"min", "algorithm"},
+    {"max", "algorithm"},
+    {"clamp", "algorithm"},
+    {"sort", "algorithm"},
+    {"sqrt", "cmath"},
+    {"exp", "cmath"},
+    {"floor", "cmath"},
+    {"numeric_limits", "limits"},
+    {"memcpy", "cstring"},
+    {"filesystem", "filesystem"},
+};
+
+std::string without_comments(const std::string& text) {
+  std::string code;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    code.append(text, at, std::min(text.find("//", at), end) - at).push_back('\n');
+    at = end + 1;
+  }
+  return code;
+}
+
+// Whether `std::name` stands in the code, and no longer name that begins alike.
+bool names(const std::string& code, const std::string& name) {
+  const std::string whole = "std::" + name;
+  for (std::size_t at = code.find(whole); at != std::string::npos; at = code.find(whole, at + 1)) {
+    const char next = at + whole.size() < code.size() ? code[at + whole.size()] : ' ';
+    if (std::isalnum(static_cast<unsigned char>(next)) == 0 && next != '_') return true;
+  }
+  return false;
+}
+
+// The headers of the standard library that a header names something of and does not include.
+std::vector<std::string> missing_standard_headers(const std::string& text) {
+  const std::string code = without_comments(text);
+  std::vector<std::string> missing;
+  for (const StandardName& standard : kStandardNames)
+    if (names(code, standard.name) && code.find(std::string("#include <") + standard.header + '>') == std::string::npos)
+      missing.emplace_back(standard.header);
+  return missing;
+}
+
 }  // namespace
+
+TEST_CASE("headers include what they name of the standard library: another library brings less along with the rest") {
+  CHECK(missing_standard_headers("std::uint32_t n;  // std::vector\n") == std::vector<std::string>{"cstdint"});
+  CHECK(missing_standard_headers("#include <cstdint>\nstd::uint32_t n;\n").empty());
+  CHECK(missing_standard_headers("std::move_only_function<int()> f;\n").empty());
+  std::size_t seen = 0;
+  for (const std::string& file : source_files()) {
+    if (!file.ends_with(".h") || file.starts_with("shaders/")) continue;
+    ++seen;
+    for (const std::string& header : missing_standard_headers(read_file(NEPHELE_SOURCE_DIR "/" + file)))
+      FAIL_CHECK(file << " does not include <" << header << ">");
+  }
+  CHECK(seen > 80);
+}
 
 TEST_CASE("the rules of inclusion refuse what they are for") {
   CHECK(may_include("passes/layer/view_sort.h", "passes/kit/radix_sort.h"));
