@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -28,5 +29,21 @@ struct ImageErrors {
 // that is missing or named twice, sizes that differ, values that are not finite.
 Result<ImageErrors> compare_images(const ImageF& test, const std::string& test_name, const ImageF& reference,
                                    const std::string& reference_name, std::span<const std::string> channels);
+
+// Errors of a cloud layer (channels R, G, B: radiance; T: transmittance) by how opaque the reference is. Null where no
+// pixel or tile is that opaque. r is a sum over R, G and B.
+struct LayerErrors {
+  std::optional<double> thin_bias;   // mean (t - r) / mean r, reference opacity .3 to .97
+  std::optional<double> thick_bias;  // the same, above .995
+  // |t / r - 1| over tiles of 4 x 4 pixels, all of them of an opacity above .97: mean and 95th percentile.
+  std::optional<double> tile_error, tile_error_p95;
+  // Share of relMSE that noise of the reference makes: its mean squared standard error, weighed as relMSE weighs.
+  std::optional<double> noise_relmse;
+};
+
+// noise: null, or an image with a channel SE, the standard error of the reference's luminance. Errors as above.
+Result<LayerErrors> compare_layers(const ImageF& test, const std::string& test_name, const ImageF& reference,
+                                   const std::string& reference_name, const ImageF* noise,
+                                   const std::string& noise_name);
 
 }  // namespace nephele

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Path-traces the truth set again: for every scene in tools/truth/ NAME.exr (the whole picture and its standard error),
 # NAME_layers.exr (the cloud layer alone) and NAME.png, until the pixels' mean relative standard error is below 1 %.
-# Minutes on two quiet cores; interrupted, it goes on where it was.
+# Minutes to an hour each on two quiet cores; interrupted, it goes on where it was.
 #   tools/truth.sh [NAME...]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -11,7 +11,8 @@ cmake --preset release >/dev/null
 cmake --build --preset release --target nephele_program >/dev/null
 
 scenes=("$@")
-[[ ${#scenes[@]} -gt 0 ]] || scenes=(cloud_front cloud_side cloud_back field_side field_above inside)
+[[ ${#scenes[@]} -gt 0 ]] ||
+  scenes=(cloud_front cloud_side cloud_back field_side field_above inside low_sun overcast congestus)
 size_of() { [[ $1 == inside ]] && echo 48x27 || echo 80x45; }  # inside, every pixel is cloud, and smooth
 work=out/truth
 mkdir -p "$work"

@@ -90,3 +90,39 @@ TEST_CASE("compare: refuses what it can't compare, and says where") {
   CHECK(refusal(gray(2, 1, {1, 2}), gray(2, 1, {-infinity, 2})) ==
         "reference: channel \"Y\" is -inf at pixel 0, 0; accepted: finite values");
 }
+
+TEST_CASE("compare: a layer's errors by opacity, by hand") {
+  // Two tiles of 4 x 4: the left one opaque (r 2, t 2.2), the right one thin (opacity .5: r 1, t .7), and a column
+  // between .97 and .995 that neither band counts.
+  ImageF test{9, 4, {"R", "G", "B", "T"}, {}}, reference = test;
+  ImageF noise{9, 4, {"SE"}, {}};
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 9; ++x) {
+      const bool thick = x < 4, thin = x >= 4 && x < 8;
+      const float r = thick ? 2.0f : 1.0f, t = thick ? 2.2f : thin ? 0.7f : 9.0f;
+      const float through = thick ? 0.001f : thin ? 0.5f : 0.02f;
+      for (const float value : {r, r, r, through}) reference.data.push_back(value);
+      for (const float value : {t, t, t, 0.0f}) test.data.push_back(value);
+      noise.data.push_back(x == 8 ? 0.3f : 0.0f);
+    }
+  const Result<LayerErrors> e = compare_layers(test, "test", reference, "reference", &noise, "noise");
+  REQUIRE(e);
+  CHECK(e->thin_bias.value() == doctest::Approx(-0.3));
+  CHECK(e->thick_bias.value() == doctest::Approx(0.1));
+  CHECK(e->tile_error.value() == doctest::Approx(0.1));
+  CHECK(e->tile_error_p95.value() == doctest::Approx(0.1));
+  // Luminance 2 in four columns, 1 in five: mean square 21 / 9.
+  CHECK(e->noise_relmse.value() == doctest::Approx(0.09 / (1 + 0.01 * 21 / 9) / 9));
+
+  ImageF clear = reference;
+  for (std::size_t i = 3; i < clear.data.size(); i += 4) clear.data[i] = 1.0f;
+  const Result<LayerErrors> none = compare_layers(test, "test", clear, "reference", nullptr, "");
+  REQUIRE(none);
+  CHECK_FALSE(none->thin_bias);
+  CHECK_FALSE(none->thick_bias);
+  CHECK_FALSE(none->tile_error);
+  CHECK_FALSE(none->noise_relmse);
+  const Result<LayerErrors> refused = compare_layers(test, "test", reference, "reference", &reference, "noise");
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message.find("\"SE\"") != std::string::npos);
+}
