@@ -225,6 +225,11 @@ bool FrameBuilder::stands(const ResourceRef& resource, InputBytes inputs, Keep k
   return false;
 }
 
+bool FrameBuilder::holds(const ResourceRef& resource, const InputBytes& inputs) const {
+  const std::uint64_t id = std::visit([](const auto* object) { return object->id(); }, resource);
+  return memory_ && reuse_ == Reuse::all && memory_->holds(id, inputs);
+}
+
 FrameExecutor::FrameExecutor(Device& device) : device_(device) {
   VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;

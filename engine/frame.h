@@ -98,6 +98,10 @@ class FrameBuilder {
   // once the frame has been recorded, the resource counts as made from these inputs.
   bool stands(const ResourceRef& resource, InputBytes inputs, Keep keep = Keep::while_equal);
 
+  // The same without a claim: whether an earlier frame has left that there. Never in frames built with Reuse::lasting.
+  bool holds(const ResourceRef& resource, const InputBytes& inputs) const;
+  Reuse reuse() const { return reuse_; }
+
   void compute(ComputeStep step);
   void raster(RasterStep step);
   // Fills a buffer with a 32-bit value.

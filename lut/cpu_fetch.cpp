@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "engine/check.h"
+#include "shared/near_beam_axes.h"
 #include "shared/table_axes.h"
 
 namespace nephele {
@@ -71,6 +72,11 @@ shared::vec2 fetch_optical_depth(const FloatTexture& table, const shared::vec3& 
 float fetch_multiple(const FloatTexture& table, float c, float h, float mu, float sigma, float g) {
   const shared::vec4 a = table.sample(shared::multiple_scattering_coordinates(c, h, sigma, g, table.size()));
   return shared::multiple_scattering_radiance(a, c, h, mu, sigma, g);
+}
+
+float fetch_near_beam(const FloatTexture& table, float tau, float mu) {
+  const shared::vec2 size(table.size());
+  return table.sample(shared::vec3(shared::near_beam_coordinates(tau, mu, size), 0.5f)).x;
 }
 
 }  // namespace nephele

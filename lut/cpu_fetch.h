@@ -22,6 +22,7 @@ class FloatTexture {
 };
 
 shared::vec2 fetch_optical_depth(const FloatTexture& table, const shared::vec3& entry, const shared::vec3& exit);
+float fetch_near_beam(const FloatTexture& table, float tau, float mu);
 float fetch_multiple(const FloatTexture& table, float c, float h, float mu, float sigma, float g);
 
 }  // namespace nephele

@@ -8,7 +8,7 @@
 namespace nephele {
 
 // A table as a 3D texture of its own shape.
-Image upload_table(Device& device, const Table& table, VkFormat format);
+Image upload_table(Device& device, const Table& table, VkFormat format, bool volume = true);
 
 // One line naming the table and the device's limit if a table is larger than its 3D images may be.
 Result<void> check_tables_fit(const DeviceInfo& device, const Tables& tables);
@@ -22,11 +22,12 @@ class GpuTables {
   // The same as bytes (shaders/layer/packed_table_fetch.glsl); none where the tuning has no use for it (pixel_columns).
   const Buffer& packed_optical_depth() const { return packed_optical_depth_; }
   const Image& multiple_scattering() const { return multiple_scattering_; }  // R16G16B16A16_SFLOAT
+  const Image& near_beam() const { return near_beam_; }                      // R16_SFLOAT
   float mean_fill() const { return mean_fill_; }
 
  private:
   TableParameters parameters_;
-  Image optical_depth_, multiple_scattering_;
+  Image optical_depth_, multiple_scattering_, near_beam_;
   Buffer packed_optical_depth_;
   float mean_fill_ = 0;
 };

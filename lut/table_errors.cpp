@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "engine/parallel.h"
+#include "lut/near_beam.h"
 #include "lut/oracles.h"
 #include "shared/hash.h"
+#include "shared/near_beam_axes.h"
 #include "shared/table_axes.h"
 
 namespace nephele {
@@ -64,6 +66,21 @@ double energy_error(const FloatTexture& multiple_scattering, std::uint32_t phase
                   fetch_multiple(multiple_scattering, c, h, mu, density, peak)};
   });
   return direct_power(sigma) + scattered - 1;
+}
+
+double near_beam_error(const FloatTexture& near_beam, std::uint32_t phase_function, double g) {
+  constexpr int kPlaces = 61;  // along each axis; no divisor of the table's steps
+  double errors = 0, squares = 0;
+  for (int j = 0; j < kPlaces; ++j)
+    for (int i = 0; i < kPlaces; ++i) {
+      const float tau = shared::near_beam_depth((static_cast<float>(i) + 0.5f) / kPlaces);
+      const float mu = shared::near_beam_cosine((static_cast<float>(j) + 0.5f) / kPlaces);
+      const double exact = near_beam_per_sr(phase_function, g, static_cast<double>(tau), static_cast<double>(mu));
+      const double error = static_cast<double>(fetch_near_beam(near_beam, tau, mu)) - exact;
+      errors += error * error;
+      squares += exact * exact;
+    }
+  return std::sqrt(errors / squares);
 }
 
 }  // namespace nephele

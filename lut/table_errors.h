@@ -22,4 +22,8 @@ TransmittanceError transmittance_error(const FloatTexture& optical_depth, int ch
 // gains or loses. Single scattering by the formula that shading uses.
 double energy_error(const FloatTexture& multiple_scattering, std::uint32_t phase_function, double g, double sigma);
 
+// RMS error of the fetched near-beam light over its RMS, at depths and angles spread evenly over the axes between the
+// table's vertices, against its series.
+double near_beam_error(const FloatTexture& near_beam, std::uint32_t phase_function, double g);
+
 }  // namespace nephele

@@ -13,10 +13,12 @@
 #include "engine/json_reader.h"
 #include "engine/phase_function.h"
 #include "lut/bake.h"
+#include "lut/near_beam.h"
 #include "lut/oracles.h"
 #include "lut/table_errors.h"
 #include "lut/table_metadata.h"
 #include "lut_hash.h"
+#include "shared/near_beam_axes.h"
 #include "shared/table_axes.h"
 
 namespace nephele {
@@ -28,6 +30,8 @@ using json = nlohmann::json;
 constexpr int kFormatVersion = 2;
 constexpr const char* kOpticalDepth = "optical_depth";
 constexpr const char* kMultipleScattering = "multiple_scattering";
+constexpr const char* kNearBeam = "near_beam";
+constexpr std::uint32_t kNearBeamDepths = 128, kNearBeamAngles = 64;
 constexpr int kErrorChords = 2048;  // for the error that every bake writes down
 
 json optical_depth_parameters(const TableParameters& p) {
@@ -42,6 +46,10 @@ json multiple_scattering_parameters(const TableParameters& p) {
           {"size_density", p.scattering_densities},
           {"coarse_solver", p.coarse_solver},
           {"residual", p.residual}};
+}
+
+json near_beam_parameters(const TableParameters& p) {
+  return {{"phase_function", phase_function_name(PhaseFunction{p.phase_function})}, {"g", p.g_multiple}};
 }
 
 std::string cache_stem(const char* name, const json& parameters) {
@@ -79,7 +87,9 @@ std::vector<std::size_t> multiple_scattering_shape(const TableParameters& p) {
   return {p.scattering_densities, p.scattering_chords, p.scattering_cosines, 4};
 }
 
-// Back from the two tables' metadata; throws json::exception where a field is missing or of another type.
+std::vector<std::size_t> near_beam_shape() { return {1, kNearBeamAngles, kNearBeamDepths, 1}; }
+
+// Back from the first two tables' metadata; throws json::exception where a field is missing or of another type.
 TableParameters stored_parameters(const json& optical_depth, const json& multiple_scattering) {
   TableParameters p;
   optical_depth.at("size").get_to(p.optical_depth_size);
@@ -232,6 +242,26 @@ Table bake_multiple_scattering(const TableParameters& parameters, const Progress
   return table;
 }
 
+Table bake_near_beam(const TableParameters& parameters) {
+  Table table;
+  table.name = kNearBeam;
+  table.array =
+      bake_near_beam_array(parameters.phase_function, parameters.g_multiple, kNearBeamDepths, kNearBeamAngles);
+  json metadata = table_metadata(kNearBeam, near_beam_parameters(parameters), table.array);
+  metadata["axes"] = {
+      {{"name", "slice"}, {"meaning", "one"}},
+      {{"name", "angle"}, {"meaning", "root of the sine of half the scattering angle"}, {"range", {0, 1}}},
+      {{"name", "depth"},
+       {"meaning", "log(1 + tau) / log(1 + deepest), tau = optical depth towards the sun"},
+       {"deepest", shared::kNearBeamDeepest},
+       {"range", {0, 1}}},
+      {{"name", "channel"}, {"meaning", "K, per sr and unit irradiance"}}};
+  metadata["error"] = {
+      {"rms_over_rms", near_beam_error(FloatTexture(table), parameters.phase_function, parameters.g_multiple)}};
+  table.metadata = metadata.dump(2) + "\n";
+  return table;
+}
+
 Result<void> save_table(const std::filesystem::path& dir, const std::string& stem, const Table& table) {
   std::error_code failed;
   std::filesystem::create_directories(dir, failed);
@@ -289,6 +319,8 @@ Result<Tables> load_or_bake(const TableParameters& parameters, const std::filesy
   tables.multiple_scattering = load_or_bake_one(
       cache_dir, kMultipleScattering, multiple_scattering_parameters(parameters), multiple_scattering_shape(parameters),
       say, [&] { return bake_multiple_scattering(parameters, progress); });
+  tables.near_beam = load_or_bake_one(cache_dir, kNearBeam, near_beam_parameters(parameters), near_beam_shape(), say,
+                                      [&] { return bake_near_beam(parameters); });
   tables.mean_fill = *mean_fill_of(tables.optical_depth);
   return tables;
 }
@@ -299,6 +331,8 @@ Result<Tables> load_tables(const std::filesystem::path& dir) {
   if (!optical_depth) return optical_depth.error();
   Result<Table> multiple_scattering = load_table(path(kMultipleScattering));
   if (!multiple_scattering) return multiple_scattering.error();
+  Result<Table> near_beam = load_table(path(kNearBeam));
+  if (!near_beam) return near_beam.error();
 
   Tables tables;
   try {
@@ -317,8 +351,12 @@ Result<Tables> load_tables(const std::filesystem::path& dir) {
                             ElementType::float16, multiple_scattering_shape(p));
       !ok)
     return ok.error();
+  if (auto ok = check_table(*near_beam, kNearBeam, near_beam_parameters(p), ElementType::float16, near_beam_shape());
+      !ok)
+    return ok.error();
   tables.optical_depth = std::move(*optical_depth);
   tables.multiple_scattering = std::move(*multiple_scattering);
+  tables.near_beam = std::move(*near_beam);
   tables.mean_fill = *mean_fill_of(tables.optical_depth);
   return tables;
 }
@@ -330,8 +368,9 @@ Result<Tables> bake_to(const std::filesystem::path& dir, const TableParameters& 
   tables.parameters = parameters;
   tables.optical_depth = bake_optical_depth(parameters, progress);
   tables.multiple_scattering = bake_multiple_scattering(parameters, progress);
+  tables.near_beam = bake_near_beam(parameters);
   tables.mean_fill = *mean_fill_of(tables.optical_depth);
-  for (Table* table : {&tables.optical_depth, &tables.multiple_scattering}) {
+  for (Table* table : {&tables.optical_depth, &tables.multiple_scattering, &tables.near_beam}) {
     table->json_path = dir / (table->name + ".json");
     if (Result<void> saved = save_table(dir, table->name, *table); !saved) return saved.error();
   }

@@ -1,8 +1,9 @@
 // The baked tables: what they are made from, where they are cached, how to get them.
 //   optical depth        of the noisy reference particle along every chord, RG16F, N x N x N^2
 //   multiple scattering  of the homogeneous sphere, cubic coefficients, RGBA16F
-// Single scattering needs no table (shaders/shared/scattering.h). Axes: shaders/shared/table_axes.h; fetches:
-// shaders/layer/table_fetch.glsl.
+//   near beam            of light scattered little from the sun's beam (lut/near_beam.h), R16F
+// Single scattering needs no table (shaders/shared/scattering.h). Axes: shaders/shared/table_axes.h and
+// near_beam_axes.h; fetches: shaders/layer/table_fetch.glsl.
 #pragma once
 
 #include <cstdint>
@@ -50,6 +51,7 @@ struct Tables {
   TableParameters parameters;
   Table optical_depth;
   Table multiple_scattering;
+  Table near_beam;
   float mean_fill = 0;  // of the reference particle: its mean extinction over the sphere divided by the peak
 };
 
@@ -65,11 +67,11 @@ std::filesystem::path default_cache_dir();
 Result<Tables> load_or_bake(const TableParameters& parameters, const std::filesystem::path& cache_dir,
                             const ProgressCallback& progress = {}, const WarningCallback& warn = {});
 
-// Bakes both tables and writes them to dir as optical_depth.npy/.json and multiple_scattering.npy/.json.
+// Bakes all tables and writes them to dir as optical_depth.npy/.json, multiple_scattering and near_beam alike.
 Result<Tables> bake_to(const std::filesystem::path& dir, const TableParameters& parameters,
                        const ProgressCallback& progress = {});
 
-// Both tables as bake_to wrote them; a damaged, foreign or outdated file is an error.
+// The tables as bake_to wrote them; a damaged, foreign or outdated file is an error.
 Result<Tables> load_tables(const std::filesystem::path& dir);
 
 // One table with its metadata; everything that can be checked is (shape, type, size, hash, parameters).
@@ -80,5 +82,6 @@ Result<void> save_metadata(const Table& table);
 
 Table bake_optical_depth(const TableParameters& parameters, const ProgressCallback& progress = {});
 Table bake_multiple_scattering(const TableParameters& parameters, const ProgressCallback& progress = {});
+Table bake_near_beam(const TableParameters& parameters);
 
 }  // namespace nephele

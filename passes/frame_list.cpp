@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "passes/layer/view_sort.h"
 #include "passes/light/cloud_shadow.h"
+#include "passes/light/light_field.h"
 #include "passes/light/light_tiles.h"
 #include "passes/light/occlusion.h"
 #include "passes/sky/atmosphere.h"
@@ -25,6 +27,16 @@ constexpr std::uint32_t kShadowTexelsPerTile = 2;
 // Below this the sun lights no cloud: the horizon dips by 4.5 degrees at 20 km.
 constexpr float kSunGoneSine = -0.08f;
 
+LightGrid light_grid(const RenderSettings& settings) {
+  LightGrid grid{128, 26, 50.0, settings.light_sweeps};
+  if (settings.quality == Quality::low) grid = {64, 16, 75.0, settings.light_sweeps};
+  if (settings.quality == Quality::high) grid = {128, 32, 50.0, settings.light_sweeps};
+  if (settings.light_side_cells) grid.side_cells = settings.light_side_cells;
+  if (settings.light_height_cells) grid.height_cells = settings.light_height_cells;
+  if (settings.light_cell_m > 0) grid.cell_m = settings.light_cell_m;
+  return grid;
+}
+
 bool by_nearest_point(const RenderSettings& settings) {
   return settings.method == Method::raymarch || settings.blend == BlendMode::exact;
 }
@@ -33,27 +45,37 @@ bool by_nearest_point(const RenderSettings& settings) {
 
 struct FramePasses::Clouds {
   Clouds(Workshop& make, const GpuTables& tables, std::vector<std::unique_ptr<CloudSource>> sources,
-         const RenderSettings& settings)
+         const RenderSettings& settings, double light_reach, const glm::dvec2& wind_m_per_s)
       : particles(make, std::move(sources)),
         light_tiles(make, particles.capacity(), std::max(kMinTilePairs, kTilePairsPerParticle * particles.capacity())),
-        occlusion(make, particles.capacity()),
+        light_field(settings.light == Light::field
+                        ? std::make_unique<LightField>(make, particles.sources(), light_grid(settings),
+                                                       particles.extent(), light_reach, wind_m_per_s)
+                        : nullptr),
+        occlusion(make, particles.capacity(), light_field ? std::optional<float>(light_field->near_m()) : std::nullopt),
         sort(make, particles.capacity(), by_nearest_point(settings) ? ViewOrder::nearest_point : ViewOrder::center),
         shadow(make, kShadowTexelsPerTile),
         layer(make, tables, {settings.width, settings.height, settings.scale, settings.full_layer}, settings.backend,
-              settings.blend, particles.capacity(), settings.method == Method::raymarch ? settings.march_steps : 0),
+              settings.blend, particles.capacity(), settings.light,
+              settings.method == Method::raymarch ? settings.march_steps : 0),
         counters_back{&make.buffer("counters_back_0", sizeof(FrameCounters), Buffer::Memory::readback),
                       &make.buffer("counters_back_1", sizeof(FrameCounters), Buffer::Memory::readback)},
         records_back{&make.buffer("source_records_back_0", particles.records_bytes(), Buffer::Memory::readback),
-                     &make.buffer("source_records_back_1", particles.records_bytes(), Buffer::Memory::readback)} {}
+                     &make.buffer("source_records_back_1", particles.records_bytes(), Buffer::Memory::readback)},
+        no_radiance(&make.image("no_light_radiance", {.force_3d = true})),
+        no_lattice(&make.buffer("no_light_lattice", sizeof(shared::LightLattice))) {}
 
   CloudParticles particles;
   LightTiles light_tiles;
+  std::unique_ptr<LightField> light_field;  // none: light from tables
   Occlusion occlusion;
   ViewSort sort;
   CloudShadow shadow;
   CloudLayer layer;
   std::array<const Buffer*, kFramesInFlight> counters_back, records_back;  // by slot
-  const Buffer* all_particles = nullptr;                                   // of the last frame
+  const Image* no_radiance;
+  const Buffer* no_lattice;
+  const Buffer* all_particles = nullptr;  // of the last frame
 };
 
 struct FramePasses::Passes {
@@ -70,15 +92,21 @@ struct FramePasses::Passes {
   std::unique_ptr<Clouds> clouds;
 };
 
-FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const DetailNoise& noise, const Scene& scene,
+FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const ShadingVolumes& volumes, const Scene& scene,
                          const RenderSettings& settings)
     : tables_(tables),
-      noise_(noise),
+      volumes_(volumes),
       hdr_(make.image("hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height})),
       display_(make.image("display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height})),
       passes_(std::make_unique<Passes>(make, settings)) {
   std::vector<std::unique_ptr<CloudSource>> sources = make_sources(make, scene, settings);
-  if (!sources.empty()) passes_->clouds = std::make_unique<Clouds>(make, tables_, std::move(sources), settings);
+  if (!sources.empty())
+    passes_->clouds = std::make_unique<Clouds>(make, tables_, std::move(sources), settings, view_distance_m(scene),
+                                               scene_wind_m_per_s(scene));
+}
+
+Result<void> FramePasses::check(const Device& device, const RenderSettings& settings) {
+  return settings.light == Light::field ? check_light_grid(device, light_grid(settings)) : Result<void>{};
 }
 
 FramePasses::~FramePasses() = default;
@@ -108,9 +136,21 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
   const Buffer& lights = c.occlusion.add(frame, passes_->constants, particles.particles, particles.visible,
                                          particles.counters, tiles, transmittance);
   const Buffer& draw_order = c.sort.add(frame, particles.particles, particles.visible, particles.counters);
-  c.layer.add(frame, {passes_->constants, particles.particles, particles.visible, draw_order, lights,
-                      particles.counters, particles.records, passes_->atmosphere.tables().sky_irradiance,
-                      noise_.image(), *composite.host_distance});
+  LightField::Outputs light{c.no_radiance, c.no_lattice};
+  if (c.light_field)
+    light = c.light_field->add(frame, {constants, passes_->constants, view,
+                                       constants.atmosphere_enabled ? &passes_->atmosphere.tables() : nullptr});
+  c.layer.add(frame, {passes_->constants,
+                      particles.particles,
+                      particles.visible,
+                      draw_order,
+                      lights,
+                      particles.counters,
+                      particles.records,
+                      passes_->atmosphere.tables().sky_irradiance,
+                      {tables_, volumes_, *light.radiance},
+                      *light.lattice,
+                      *composite.host_distance});
   composite.layer_color = &c.layer.layer_color();
   composite.layer_depth = &c.layer.layer_depth();
   if (constants.scale > 1) {
@@ -129,7 +169,7 @@ InputBytes FramePasses::cloud_inputs(const FrameView& view) const {
 }
 
 CloudExtent FramePasses::cloud_extent() const {
-  return passes_->clouds ? passes_->clouds->particles.extent() : CloudExtent{kNoTopM, -kNoTopM, 0.0f};
+  return passes_->clouds ? passes_->clouds->particles.extent() : CloudExtent{kNoTopM, -kNoTopM};
 }
 
 void FramePasses::count(FrameStats& stats, std::uint32_t slot) const {

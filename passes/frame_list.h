@@ -5,11 +5,12 @@
 #include <memory>
 #include <vector>
 
+#include "engine/result.h"
 #include "lut/gpu_tables.h"
+#include "passes/kit/cloud_source.h"
 #include "passes/layer/cloud_layer.h"
-#include "passes/layer/detail_noise.h"
+#include "passes/layer/shading_volumes.h"
 #include "passes/nephele.h"
-#include "passes/sources/cloud_source.h"
 #include "shared/types.h"
 
 namespace nephele {
@@ -18,8 +19,8 @@ struct CompositeInputs;
 
 class FramePasses {
  public:
-  // The tables and the noise must outlive it.
-  FramePasses(Workshop& make, const GpuTables& tables, const DetailNoise& noise, const Scene& scene,
+  // Tables and volumes must outlive it.
+  FramePasses(Workshop& make, const GpuTables& tables, const ShadingVolumes& volumes, const Scene& scene,
               const RenderSettings& settings);
   ~FramePasses();
 
@@ -33,6 +34,9 @@ class FramePasses {
 
   // Of all clouds of the scene.
   CloudExtent cloud_extent() const;
+
+  // An error names the settings whose arrays the device does not allow.
+  static Result<void> check(const Device& device, const RenderSettings& settings);
 
   // Counts of the last frame that was added with this slot, once it has run.
   void count(FrameStats& stats, std::uint32_t slot) const;
@@ -49,7 +53,7 @@ class FramePasses {
                   CompositeInputs& composite, std::uint32_t slot);
 
   const GpuTables& tables_;
-  const DetailNoise& noise_;
+  const ShadingVolumes& volumes_;
   const Image& hdr_;
   const Image& display_;
   std::unique_ptr<Passes> passes_;

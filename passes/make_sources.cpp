@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <map>
 
+#include "passes/kit/cloud_source.h"
 #include "passes/nephele.h"
 #include "passes/sources/cell_source.h"
-#include "passes/sources/cloud_source.h"
 #include "passes/sources/listed_source.h"
 
 namespace nephele {
@@ -80,6 +80,13 @@ std::vector<std::unique_ptr<CloudSource>> make_sources(Workshop& make, const Sce
   if (scene.clouds) maker.add(*scene.clouds);
   for (const SceneSource& source : scene.sources) std::visit([&](const auto& kind) { maker.add(kind); }, source);
   return maker.made();
+}
+
+double view_distance_m(const Scene& scene) {
+  const std::vector<const CloudSettings*> fields = cloud_fields(scene);
+  float farthest_m = fields.empty() ? CloudSettings{}.view_distance_m : 0.0f;
+  for (const CloudSettings* field : fields) farthest_m = std::max(farthest_m, field->view_distance_m);
+  return double{farthest_m};
 }
 
 glm::dvec2 scene_wind_m_per_s(const Scene& scene) {

@@ -10,6 +10,7 @@
 #include "passes/frame_list.h"
 #include "passes/nephele.h"
 #include "shared/light.h"
+#include "shared/light_lattice.h"
 #include "shared/phase.h"
 #include "shared/world.h"
 
@@ -28,14 +29,6 @@ glm::dvec3 from_origin(const Scene& scene, const glm::dvec3& world_m) {
   return world_m - glm::dvec3(scene.world_origin_m, 0.0);
 }
 
-// How far clouds are drawn: that of the field that reaches farthest, else a field's default.
-float view_distance_m(const Scene& scene) {
-  const std::vector<const CloudSettings*> fields = cloud_fields(scene);
-  float farthest_m = fields.empty() ? CloudSettings{}.view_distance_m : 0.0f;
-  for (const CloudSettings* field : fields) farthest_m = std::max(farthest_m, field->view_distance_m);
-  return farthest_m;
-}
-
 // What does not change from frame to frame, but for what the clouds are.
 FrameConstants fixed_constants(const Scene& scene, const RenderSettings& settings) {
   FrameConstants c{};
@@ -51,9 +44,11 @@ FrameConstants fixed_constants(const Scene& scene, const RenderSettings& setting
   c.layer_size_px = (c.image_size_px + settings.scale - 1u) / settings.scale;
   c.scale = settings.scale;
   c.culling_enabled = settings.culling;
+  c.detail_enabled = settings.detail;
+  c.light_unit = shared::light_field_unit(scene.sun.irradiance, static_cast<float>(scene.sun.elevation_rad));
   c.phase_g = scene.phase.g;
   c.phase_function = static_cast<std::uint32_t>(scene.phase.function);
-  c.view_distance_m = view_distance_m(scene);
+  c.view_distance_m = static_cast<float>(view_distance_m(scene));
   return c;
 }
 
@@ -70,11 +65,12 @@ Result<void> check_phase(const FrameConstants& wanted, const PhaseSettings& phas
 }  // namespace
 
 struct Sky::Implementation {
-  Implementation(Device& device, const Tables& baked) : kernels(device), tables(device, baked), noise(kernels) {}
+  Implementation(Device& device, const Tables& baked)
+      : kernels(device), tables(device, baked), volumes(kernels, baked.parameters.particle_seed) {}
 
   Kernels kernels;
   GpuTables tables;
-  DetailNoise noise;
+  ShadingVolumes volumes;
 };
 
 struct Renderer::Implementation {
@@ -87,11 +83,10 @@ struct Renderer::Implementation {
     constants = fixed_constants(scene, settings);
     ++changes;
     workshop.begin();
-    passes = std::make_unique<FramePasses>(workshop, sky.tables, sky.noise, scene, settings);
+    passes = std::make_unique<FramePasses>(workshop, sky.tables, sky.volumes, scene, settings);
     workshop.end(executor.frames_recorded());
     const CloudExtent clouds = passes->cloud_extent();
     constants.clouds_top_m = clouds.highest_m;
-    constants.ground_cover = clouds.ground_cover;
   }
 
   // The steps of one frame; none when the last frame's image is this one's too. A host's images may change without a
@@ -185,7 +180,7 @@ Result<void> Renderer::check(const Device& device, const RenderSettings& setting
       resolve_backend(device.info(), settings.backend) != Backend::tiled)
     return Error{concat("blend exact needs the backend tiled; the backend is ",
                         backend_name(resolve_backend(device.info(), settings.backend)))};
-  return {};
+  return FramePasses::check(device, settings);
 }
 
 Result<std::unique_ptr<Renderer>> Renderer::create(Sky& sky, const Scene& scene, const RenderSettings& settings) {

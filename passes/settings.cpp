@@ -14,11 +14,13 @@ constexpr const char* kQualityNames[] = {"low", "medium", "high"};
 constexpr const char* kMethodNames[] = {"particles", "raymarch"};
 constexpr const char* kBackendNames[] = {"auto", "interlock", "attachment", "tiled", "alpha"};
 constexpr const char* kBlendModeNames[] = {"volume", "exact"};
+constexpr const char* kLightNames[] = {"field", "tables"};
 
 constexpr std::span<const char* const> names_of(Quality) { return kQualityNames; }
 constexpr std::span<const char* const> names_of(Method) { return kMethodNames; }
 constexpr std::span<const char* const> names_of(Backend) { return kBackendNames; }
 constexpr std::span<const char* const> names_of(BlendMode) { return kBlendModeNames; }
+constexpr std::span<const char* const> names_of(Light) { return kLightNames; }
 
 template <class Enum>
 const char* name_of(Enum value) {
@@ -118,6 +120,18 @@ std::span<const Setting> all_settings() {
       row<&S::crown_factor>("crown_factor", "--crown-factor",
                             "Particles of the clouds' crowns, as a multiple of the quality's own", "",
                             RealNumber{0.25, 4}),
+      choice<&S::light>("light", "--light",
+                        "Where scattered light comes from: one field, or each particle's own tables"),
+      toggle<&S::detail>("detail", "--detail",
+                         "Fine noise at the particles' edges, which the path tracer's truth lacks"),
+      row<&S::light_side_cells>("light_side_cells", "--light-side-cells", "Side of the light field's windows", "cells",
+                                WholeNumber{32, 256, 16, "the quality's own"}),
+      row<&S::light_height_cells>("light_height_cells", "--light-height-cells", "Layers of the light field's windows",
+                                  "cells", WholeNumber{8, 128, 1, "the quality's own"}),
+      row<&S::light_cell_m>("light_cell_m", "--light-cell-m", "Width of the light field's finest cells", "m",
+                            WholeNumber{10, 1000, 1, "the quality's own"}),
+      row<&S::light_sweeps>("light_sweeps", "--light-sweeps", "Sweeps of the light field along all its directions", "",
+                            WholeNumber{1, 200}),
   };
   return settings;
 }
@@ -126,6 +140,7 @@ const char* quality_name(Quality quality) { return name_of(quality); }
 const char* method_name(Method method) { return name_of(method); }
 const char* backend_name(Backend backend) { return name_of(backend); }
 const char* blend_mode_name(BlendMode mode) { return name_of(mode); }
+const char* light_name(Light light) { return name_of(light); }
 
 Result<void> set_from_text(const Setting& setting, RenderSettings& settings, const std::string& text,
                            const std::string& name) {

@@ -26,11 +26,18 @@ enum class BlendMode : std::uint8_t {
   exact,   // the emission-absorption integral of any number
 };
 
+// Where the light that clouds scatter comes from.
+enum class Light : std::uint8_t {
+  field,   // one field of place for all particles (light/light_field.h)
+  tables,  // each particle's own tables, as [Yusov14] has it
+};
+
 // As options, sweeps and statistics spell them; "?" for a value that the enumeration lacks.
 const char* quality_name(Quality quality);
 const char* method_name(Method method);
 const char* backend_name(Backend backend);
 const char* blend_mode_name(BlendMode mode);
+const char* light_name(Light light);
 
 // What each value may be is in the table.
 struct RenderSettings {
@@ -47,6 +54,12 @@ struct RenderSettings {
   std::uint32_t ring_size_cells = 0;    // cells along a ring's side; 0: the quality's
   std::uint32_t layer_count = 0;        // particles stacked in a cell, base included; 0: the quality's
   double crown_factor = 1;              // particles of the clouds' crowns, as a multiple of the quality's
+  Light light = Light::field;
+  bool detail = true;                    // fine noise at the particles' edges, which the path tracer's truth lacks
+  std::uint32_t light_side_cells = 0;    // of the light field's windows; 0: the quality's
+  std::uint32_t light_height_cells = 0;  // their layers; 0: the quality's
+  std::uint32_t light_cell_m = 0;        // width of the light field's finest cells; 0: the quality's
+  std::uint32_t light_sweeps = 8;        // of the light field along all ordinates
 };
 
 struct Setting {

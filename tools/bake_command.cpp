@@ -129,14 +129,14 @@ Result<void> run_bake(const BakeOptions& options) {
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   if (options.verify) {
     verify_tables(*tables, show);
-    for (const Table* table : {&tables->optical_depth, &tables->multiple_scattering})
+    for (const Table* table : {&tables->optical_depth, &tables->multiple_scattering, &tables->near_beam})
       if (auto saved = save_metadata(*table); !saved) return saved;
   }
   if (options.stats.empty()) return {};
 
   const nlohmann::ordered_json stats{
       {"seconds", seconds.count()},
-      {"tables", {describe(tables->optical_depth), describe(tables->multiple_scattering)}},
+      {"tables", {describe(tables->optical_depth), describe(tables->multiple_scattering), describe(tables->near_beam)}},
   };
   return write_file_atomically(options.stats, stats.dump(2) + '\n');
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Measures the frame on this machine and writes the figures of docs/figures.md: variants in turn, medians of three
-# rounds of four frames.
+# Measures the frame on this machine and writes the figures of docs/figures.md and docs/light.md: variants in turn,
+# medians of three rounds of four frames.
 #   tools/figures.sh [--device NAME_OR_INDEX]
 #   tools/figures.sh --write DIR     only writes, from statistics in DIR that an earlier run with KEEP=DIR has left
 set -euo pipefail
@@ -47,6 +47,17 @@ measure_all() {
     measure high --size 1280x720 --quality high "$@"
     measure raster --size 1280x720 --quality high --backend attachment "$@"
     measure half --size 1280x720 --quality medium --scale 2 "$@"
+    motion flying_tables --path "$scratch/flight.json" --reuse --light tables "$@"
+    motion windy_tables --reuse --light tables "$@"
+    for light in field tables; do
+      measure "medium_flying_$light" --size 1280x720 --quality medium --frames 10 --path "$scratch/flight.json" \
+        --reuse --light "$light" "$@"
+      measure "medium_windy_$light" --size 1280x720 --quality medium --frames 10 --reuse --light "$light" "$@"
+    done
+    for quality in low medium high; do
+      measure "solve_$quality" --size 320x180 --quality "$quality" "$@"
+      measure "solve_tables_$quality" --size 320x180 --quality "$quality" --light tables "$@"
+    done
   done
 }
 if [[ ${1:-} == --write ]]; then
@@ -126,10 +137,37 @@ pass_rows() {
   join -t $'\t' -a 1 "$scratch/small" "$scratch/high" | awk -F'\t' '{printf "| %s | %.1f | %.1f |\n", $1, $2, $3}'
 }
 
+frame_of() {  # name: median and 95th percentile
+  jq -rs "[(map(.frame_ms.median) | $middle), (map(.frame_ms.p95) | $middle)] | map(round | tostring) | join(\", \")" \
+    "$work/$1".*.json
+}
+light_rows() {
+  echo "| image | light | flying | standing in wind |"
+  echo "|---|---|---|---|"
+  echo "| 640x360, low, scale 2 | field | $(frame_of flying) | $(frame_of windy) |"
+  echo "| 640x360, low, scale 2 | tables | $(frame_of flying_tables) | $(frame_of windy_tables) |"
+  for light in field tables; do
+    echo "| 1280x720, medium | $light | $(frame_of "medium_flying_$light") | $(frame_of "medium_windy_$light") |"
+  done
+}
+memory_mb() { jq '.gpu_memory_bytes / 1e6 | round' "$work/$1.1.json"; }
+solve_rows() {
+  echo "| quality | all windows from zero, ms | for the way to the camera, ms | memory, MB | the same by tables, MB |"
+  echo "|---|---|---|---|---|"
+  for quality in low medium high; do
+    local solve project
+    solve=$(passes "solve_$quality" | awk -F'\t' '$1 == "light_field" {printf "%.0f", $2}')
+    project=$(passes "solve_$quality" | awk -F'\t' '$1 == "light_project" {printf "%.1f", $2}')
+    echo "| $quality | $solve | $project | $(memory_mb "solve_$quality") | $(memory_mb "solve_tables_$quality") |"
+  done
+}
+
 document=docs/figures.md
 marked_block "$document" device device_line
 marked_block "$document" images image_rows
 marked_block "$document" layer layer_rows
 marked_block "$document" reuse reuse_rows
 marked_block "$document" passes pass_rows
-cat "$document"
+marked_block docs/light.md frames light_rows
+marked_block docs/light.md solve solve_rows
+cat "$document" docs/light.md

@@ -19,7 +19,9 @@ namespace nephele::tools {
 namespace {
 
 // As probe.comp counts them.
-enum class Quantity : std::uint32_t { single, multiple, optical_depth };
+enum class Quantity : std::uint32_t { single, multiple, optical_depth, near_beam };
+
+constexpr const char* kQuantityNames[] = {"single", "multiple", "optical_depth", "near_beam"};
 
 // As typed; what isn't given is the default preset's.
 struct ProbeOptions {
@@ -35,7 +37,9 @@ constexpr double kMaxMultipleOpticalRadius = 200;
 constexpr double kMaxOpticalRadius = 1e4;
 
 Quantity parse_quantity(const std::string& name) {
-  return name == "single" ? Quantity::single : name == "multiple" ? Quantity::multiple : Quantity::optical_depth;
+  for (std::uint32_t i = 0; i < std::size(kQuantityNames); ++i)
+    if (name == kQuantityNames[i]) return Quantity{i};
+  return Quantity::single;
 }
 
 // "": the default.
@@ -62,15 +66,15 @@ Result<Tables> tables_in(const ProbeOptions& options) {
   return tables;
 }
 
-// With the phase function to evaluate in their parameters. Only multiple scattering depends on it: the others do with
-// the tables of the default preset.
+// With the phase function to evaluate in their parameters. Only multiple scattering and the light near the beam depend
+// on it: the others do with the tables of the default preset.
 Result<Tables> tables_for(const ProbeOptions& options, Quantity quantity) {
   const TableParameters wanted = wanted_parameters(options);
   if (!options.tables.empty()) return tables_in(options);
   Progress progress(options.quiet);
-  Result<Tables> tables =
-      load_or_bake(quantity == Quantity::multiple ? wanted : TableParameters{}, default_cache_dir(),
-                   [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
+  Result<Tables> tables = load_or_bake(
+      quantity == Quantity::multiple || quantity == Quantity::near_beam ? wanted : TableParameters{},
+      default_cache_dir(), [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
   if (tables) tables->parameters = wanted;
   return tables;
 }
@@ -100,7 +104,8 @@ std::vector<shared::vec2> evaluate(Device& device, const Tables& tables, Quantit
                    .bindings = {{0, in, Access::storage_read},
                                 {1, out, Access::storage_write},
                                 {2, textures.optical_depth(), Access::sampled},
-                                {3, textures.multiple_scattering(), Access::sampled}},
+                                {3, textures.multiple_scattering(), Access::sampled},
+                                {4, textures.near_beam(), Access::sampled}},
                    .push = as_push(push),
                    .groups = {groups, 1, 1},
                    .indirect = {}});
@@ -147,9 +152,7 @@ Result<void> run_probe(const ProbeOptions& options) {
 Command add_probe_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("probe", "Evaluate the tables for rays given in a CSV, as shading does");
   const auto options = std::make_shared<ProbeOptions>();
-  add_checked_option(*app, "--table", options->table, "What to evaluate",
-                     OneOfNames{"single", "multiple", "optical_depth"})
-      ->required();
+  add_checked_option(*app, "--table", options->table, "What to evaluate", OneOfNames(kQuantityNames))->required();
   app->add_option("--rays", options->rays,
                   "Columns entry_x,entry_y,entry_z,dir_x,dir_y,dir_z,light_x,light_y,light_z,optical_radius")
       ->type_name("IN.csv")

@@ -16,6 +16,11 @@ ImageDesc one_float(std::uint32_t width, std::uint32_t height, bool attachment =
   return {VK_FORMAT_R32_SFLOAT, width, height, 1, attachment};
 }
 
+const ComputeKernel& prepare_kernel(Workshop& make, Light light) {
+  const SpecConstant constants[] = {{kLightFieldConstant, light == Light::field}};
+  return make.compute(shaders::prepare_draw_comp, constants);
+}
+
 std::uint32_t scaled(std::uint32_t pixels, std::uint32_t scale) { return (pixels + scale - 1) / scale; }
 
 std::array<std::uint32_t, 3> groups_of_8(const Image& image) {
@@ -41,10 +46,9 @@ Backend resolve_backend(const DeviceInfo& device, Backend wanted) {
 }
 
 CloudLayer::CloudLayer(Workshop& make, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
-                       std::uint32_t visible_capacity, std::uint32_t march_steps)
-    : tables_(tables),
-      scale_(size.scale),
-      prepare_(make.compute(shaders::prepare_draw_comp)),
+                       std::uint32_t visible_capacity, Light light, std::uint32_t march_steps)
+    : scale_(size.scale),
+      prepare_(prepare_kernel(make, light)),
       scene_distance_(make.compute(shaders::scene_distance_comp)),
       draw_particles_(make.buffer("draw_particles", VkDeviceSize{visible_capacity} * sizeof(shared::DrawParticle))),
       layer_scene_(
@@ -58,11 +62,11 @@ CloudLayer::CloudLayer(Workshop& make, const GpuTables& tables, Size size, Backe
   NEPHELE_CHECK(backend != Backend::automatic && (blend == BlendMode::volume || backend == Backend::tiled),
                 backend_name(backend));
   if (march_steps > 0)
-    march_ = std::make_unique<RayMarch>(make, march_steps, width, height, visible_capacity);
+    march_ = std::make_unique<RayMarch>(make, march_steps, width, height, visible_capacity, light == Light::field);
   else if (backend == Backend::tiled)
-    tiled_ = std::make_unique<TiledBlend>(make, tables, blend, width, height, visible_capacity);
+    tiled_ = std::make_unique<TiledBlend>(make, tables, blend, width, height, visible_capacity, light == Light::field);
   else
-    raster_ = std::make_unique<RasterBlend>(make, tables, backend, width, height);
+    raster_ = std::make_unique<RasterBlend>(make, backend, width, height, light == Light::field);
   if (scale_ > 1 && size.full_layer) {
     full_color_ = &make.image("full_color", four_floats(size.width, size.height));
     full_depth_ = &make.image("full_depth", one_float(size.width, size.height));
@@ -80,8 +84,10 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {5, inputs.counters, Access::storage_read},
                               {6, draw_particles_, Access::storage_write},
                               {7, inputs.sky_irradiance, Access::sampled},
-                              {8, inputs.records, Access::storage_read}},
-                 .push = as_push(tables_.mean_fill()),
+                              {8, inputs.records, Access::storage_read},
+                              {9, inputs.light_lattice, Access::storage_read},
+                              {10, inputs.shading.light_radiance, Access::sampled}},
+                 .push = as_push(inputs.shading.tables.mean_fill()),
                  .indirect = {&inputs.counters, offsetof(shared::FrameCounters, visible_groups)}});
   frame.compute({.name = "scene_distance",
                  .kernel = &scene_distance_,
@@ -90,13 +96,13 @@ void CloudLayer::add(FrameBuilder& frame, const Inputs& inputs) {
                               {2, layer_scene_, Access::storage_write}},
                  .groups = groups_of_8(layer_scene_)});
   if (march_)
-    march_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, tables_, layer_scene_}, layer_color_,
-                layer_depth_);
+    march_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.shading, layer_scene_},
+                layer_color_, layer_depth_);
   else if (tiled_)
-    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.detail_noise, layer_scene_},
+    tiled_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.shading, layer_scene_},
                 layer_color_, layer_depth_);
   else
-    raster_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.detail_noise, layer_scene_},
+    raster_->add(frame, {inputs.frame_constants, draw_particles_, inputs.counters, inputs.shading, layer_scene_},
                  layer_color_, layer_depth_);
 }
 

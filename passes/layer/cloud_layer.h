@@ -37,7 +37,7 @@ class CloudLayer {
   // march_steps > 0: rays are marched (ray_march.h) and no backend blends; the draw order is by nearest points then.
   // The tables must outlive it.
   CloudLayer(Workshop& make, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
-             std::uint32_t visible_capacity, std::uint32_t march_steps = 0);
+             std::uint32_t visible_capacity, Light light, std::uint32_t march_steps = 0);
 
   struct Inputs {
     const Buffer& frame_constants;
@@ -48,8 +48,9 @@ class CloudLayer {
     const Buffer& counters;  // FrameCounters: visible_groups and draw are filled
     const Buffer& records;   // SourceRecord of every source of clouds
     const Image& sky_irradiance;
-    const Image& detail_noise;
-    const Image& host_distance;  // metres along the ray, at the image's size; read if FrameConstants::host_scene
+    const ShadingInputs& shading;
+    const Buffer& light_lattice;  // of the light field; a dummy for Light::tables
+    const Image& host_distance;   // metres along the ray, at the image's size; read if FrameConstants::host_scene
   };
   void add(FrameBuilder& frame, const Inputs& inputs);
 
@@ -65,7 +66,6 @@ class CloudLayer {
   const Image* depth() const { return scale_ == 1 ? &layer_depth_ : full_depth_; }
 
  private:
-  const GpuTables& tables_;
   std::uint32_t scale_;
   const ComputeKernel& prepare_;
   const ComputeKernel& scene_distance_;

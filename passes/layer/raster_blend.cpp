@@ -13,8 +13,9 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-RasterDesc draw_desc(Backend backend) {
+RasterDesc draw_desc(Backend backend, bool light_field) {
   RasterDesc desc;
+  desc.constants = {{kLightFieldConstant, light_field}};
   desc.vertex = &shaders::cloud_vert;
   if (backend == Backend::attachment) {
     desc.fragment = &shaders::cloud_frag_attachment;
@@ -38,9 +39,9 @@ std::array<std::uint32_t, 3> groups_of_8(const Image& image) {
 
 }  // namespace
 
-RasterBlend::RasterBlend(Workshop& make, const GpuTables& tables, Backend backend, std::uint32_t layer_width,
-                         std::uint32_t layer_height)
-    : tables_(tables), backend_(backend), draw_(make.raster(draw_desc(backend))) {
+RasterBlend::RasterBlend(Workshop& make, Backend backend, std::uint32_t layer_width, std::uint32_t layer_height,
+                         bool light_field)
+    : backend_(backend), draw_(make.raster(draw_desc(backend, light_field))) {
   if (backend != Backend::alpha) state_.emplace(make_state(make, backend, layer_width, layer_height));
 }
 
@@ -60,10 +61,8 @@ void RasterBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& la
   step.pipeline = &draw_;
   step.bindings = {{0, inputs.frame_constants, Access::uniform},
                    {1, inputs.draw_particles, Access::storage_read},
-                   {2, tables_.optical_depth(), Access::sampled},
-                   {3, tables_.multiple_scattering(), Access::sampled},
-                   {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
                    {8, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp}};
+  append_chord_bindings(step.bindings, inputs.shading, false);
   step.indirect = {&inputs.counters, offsetof(shared::FrameCounters, draw)};
   if (!state_) {
     step.color = {&layer_color, &layer_depth};

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "engine/workshop.h"
-#include "lut/gpu_tables.h"
+#include "passes/layer/shading_inputs.h"
 
 namespace nephele {
 
@@ -19,14 +19,13 @@ class RasterBlend {
  public:
   // backend: interlock, attachment or alpha. The tables must outlive it. For alpha the layer's images are its render
   // targets: attachments.
-  RasterBlend(Workshop& make, const GpuTables& tables, Backend backend, std::uint32_t layer_width,
-              std::uint32_t layer_height);
+  RasterBlend(Workshop& make, Backend backend, std::uint32_t layer_width, std::uint32_t layer_height, bool light_field);
 
   struct Inputs {
     const Buffer& frame_constants;
     const Buffer& draw_particles;
     const Buffer& counters;  // FrameCounters: draw is filled
-    const Image& detail_noise;
+    const ShadingInputs& shading;
     const Image& layer_scene;  // metres to what stands behind, at the layer's size
   };
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
@@ -43,7 +42,6 @@ class RasterBlend {
   };
   static State make_state(Workshop& make, Backend backend, std::uint32_t width, std::uint32_t height);
 
-  const GpuTables& tables_;
   Backend backend_;
   const RasterPipeline& draw_;
   std::optional<State> state_;  // none: alpha

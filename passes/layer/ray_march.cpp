@@ -4,51 +4,39 @@
 namespace nephele {
 namespace {
 
-constexpr std::uint32_t kDensityVertices = 96;  // a side; what the lattice costs in accuracy: ray_march_test.cpp
-
-const ComputeKernel& march_kernel(Workshop& make, std::uint32_t steps) {
-  const SpecConstant constants[] = {{0, steps}};
+const ComputeKernel& march_kernel(Workshop& make, std::uint32_t steps, bool light_field) {
+  const SpecConstant constants[] = {{0, steps}, {kLightFieldConstant, light_field}};
   return make.compute(shaders::cloud_march_comp, constants);
 }
 
 }  // namespace
 
 RayMarch::RayMarch(Workshop& make, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
-                   std::uint32_t visible_capacity)
-    : density_kernel_(make.compute(shaders::march_density_comp)),
-      march_(march_kernel(make, steps)),
+                   std::uint32_t visible_capacity, bool light_field)
+    : march_(march_kernel(make, steps, light_field)),
       reconstruct_(make.compute(shaders::march_reconstruct_comp)),
       lists_(make, "march_tiles", ScreenLists::Extent::whole, layer_width, layer_height, visible_capacity),
-      density_(
-          make.image("march_density", {VK_FORMAT_R16_SFLOAT, kDensityVertices, kDensityVertices, kDensityVertices})),
       marched_(make.image("marched", {VK_FORMAT_R32G32B32A32_SFLOAT, layer_width, layer_height})),
       marched_noise_(make.image("marched_noise", {VK_FORMAT_R16G16B16A16_SFLOAT, layer_width, layer_height})) {}
 
 void RayMarch::add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth) {
-  const std::uint32_t seed = inputs.tables.parameters().particle_seed;
-  if (!frame.stands(&density_, as_inputs(seed), Keep::lasting))
-    frame.compute({.name = "march_density",
-                   .kernel = &density_kernel_,
-                   .bindings = {{0, density_, Access::storage_write}},
-                   .push = as_push(seed),
-                   .groups = {kDensityVertices / 4, kDensityVertices / 4, kDensityVertices / 4}});
   const TileLists lists = lists_.add(frame, inputs.frame_constants, inputs.draw_particles, inputs.counters);
-  frame.compute({.name = "march",
-                 .kernel = &march_,
-                 .bindings = {{0, inputs.frame_constants, Access::uniform},
-                              {1, inputs.draw_particles, Access::texels},
-                              {2, lists.ranges, Access::storage_read},
-                              {3, lists.list, Access::words},
-                              {4, lists_.near_m(), Access::words},
-                              {5, density_, Access::sampled},
-                              {6, inputs.tables.multiple_scattering(), Access::sampled},
-                              {7, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
-                              {8, inputs.counters, Access::storage_read_write},
-                              {9, marched_, Access::storage_write},
-                              {10, layer_depth, Access::storage_write},
-                              {11, lists_.pixels(), Access::words},
-                              {12, marched_noise_, Access::storage_write}},
-                 .groups = {lists_.columns(), lists_.rows(), 1}});
+  ComputeStep march{.name = "march",
+                    .kernel = &march_,
+                    .bindings = {{0, inputs.frame_constants, Access::uniform},
+                                 {1, inputs.draw_particles, Access::texels},
+                                 {2, lists.ranges, Access::storage_read},
+                                 {3, lists.list, Access::words},
+                                 {4, lists_.near_m(), Access::words},
+                                 {7, inputs.layer_scene, Access::sampled, Sampler::nearest_clamp},
+                                 {8, inputs.counters, Access::storage_read_write},
+                                 {9, marched_, Access::storage_write},
+                                 {10, layer_depth, Access::storage_write},
+                                 {11, lists_.pixels(), Access::words},
+                                 {12, marched_noise_, Access::storage_write}},
+                    .groups = {lists_.columns(), lists_.rows(), 1}};
+  append_light_bindings(march.bindings, inputs.shading);
+  frame.compute(std::move(march));
   frame.compute({.name = "march",
                  .kernel = &reconstruct_,
                  .bindings = {{0, inputs.frame_constants, Access::uniform},

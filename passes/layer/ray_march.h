@@ -10,8 +10,8 @@
 
 #include <cstdint>
 
-#include "lut/gpu_tables.h"
 #include "passes/layer/screen_lists.h"
+#include "passes/layer/shading_inputs.h"
 
 namespace nephele {
 
@@ -19,23 +19,21 @@ class RayMarch {
  public:
   // steps: how many a marched ray takes across eight particle diameters (16 coarse, 512 fine).
   RayMarch(Workshop& make, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
-           std::uint32_t visible_capacity);
+           std::uint32_t visible_capacity, bool light_field);
 
   struct Inputs {
     const Buffer& frame_constants;
     const Buffer& draw_particles;  // ViewOrder::nearest_point
     const Buffer& counters;
-    const GpuTables& tables;
+    const ShadingInputs& shading;
     const Image& layer_scene;  // metres to what stands behind, at the layer's size
   };
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  const ComputeKernel& density_kernel_;
   const ComputeKernel& march_;
   const ComputeKernel& reconstruct_;
   ScreenLists lists_;
-  Image& density_;
   Image& marched_;
   Image& marched_noise_;
 };

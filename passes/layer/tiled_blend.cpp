@@ -14,8 +14,11 @@ using shared::FrameCounters;
 namespace {
 
 // listed: for the tiles of a list, not all with short lists.
-const ComputeKernel& shade_kernel(Workshop& make, const ShaderCode& code, bool listed) {
-  const SpecConstant constants[] = {{0, make.device().tuning().exact_places}, {1, listed}, {2, shared::kShortPlaces}};
+const ComputeKernel& shade_kernel(Workshop& make, const ShaderCode& code, bool listed, bool light_field) {
+  const SpecConstant constants[] = {{0, make.device().tuning().exact_places},
+                                    {1, listed},
+                                    {2, shared::kShortPlaces},
+                                    {kLightFieldConstant, light_field}};
   return make.compute(code, constants);
 }
 
@@ -26,21 +29,24 @@ std::uint32_t short_list(const Workshop& make, BlendMode mode) {
 }
 
 // A column of pixels a thread, or a pixel.
-const ComputeKernel& shade_short_kernel(Workshop& make, const GpuTables& tables, BlendMode mode) {
+const ComputeKernel& shade_short_kernel(Workshop& make, const GpuTables& tables, BlendMode mode, bool light_field) {
   const bool volume = mode == BlendMode::volume;
   if (!make.device().tuning().pixel_columns)
-    return shade_kernel(make, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false);
-  const SpecConstant constants[] = {{2, short_list(make, mode)}, {10, tables.optical_depth().desc().width}};
+    return shade_kernel(make, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false,
+                        light_field);
+  const SpecConstant constants[] = {
+      {2, short_list(make, mode)}, {10, tables.optical_depth().desc().width}, {kLightFieldConstant, light_field}};
   return make.compute(volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
 }
 
-const ComputeKernel& shade_long_kernel(Workshop& make, BlendMode mode) {
+const ComputeKernel& shade_long_kernel(Workshop& make, BlendMode mode, bool light_field) {
   return shade_kernel(
-      make, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true);
+      make, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true,
+      light_field);
 }
 
-const ComputeKernel& shade_page_kernel(Workshop& make, BlendMode mode) {
-  const SpecConstant constants[] = {{1, true}};
+const ComputeKernel& shade_page_kernel(Workshop& make, BlendMode mode, bool light_field) {
+  const SpecConstant constants[] = {{1, true}, {kLightFieldConstant, light_field}};
   return make.compute(mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume,
                       constants);
 }
@@ -59,12 +65,11 @@ VkDeviceSize bytes_per_pair(BlendMode mode) {
 }  // namespace
 
 TiledBlend::TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
-                       std::uint32_t layer_height, std::uint32_t visible_capacity)
-    : tables_(tables),
-      masks_kernel_(make.compute(shaders::screen_masks_comp)),
+                       std::uint32_t layer_height, std::uint32_t visible_capacity, bool light_field)
+    : masks_kernel_(make.compute(shaders::screen_masks_comp)),
       begins_kernel_(make.compute(shaders::screen_begins_comp)),
-      shade_short_(shade_short_kernel(make, tables, mode)),
-      shade_long_(shade_long_kernel(make, mode)),
+      shade_short_(shade_short_kernel(make, tables, mode, light_field)),
+      shade_long_(shade_long_kernel(make, mode, light_field)),
       lists_(make, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity,
              bytes_per_pair(mode)),
       short_list_(short_list(make, mode)),
@@ -77,12 +82,12 @@ TiledBlend::TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, 
       paged_tiles_(make.buffer("screen_paged_tiles", long_tiles_.bytes())) {
   // Tables and scene aside, a renderer may be asked for the other blend at any time: its kernels are ready, too.
   for (const BlendMode either : {BlendMode::volume, BlendMode::exact}) {
-    shade_short_kernel(make, tables, either);
-    shade_long_kernel(make, either);
-    shade_page_kernel(make, either);
+    shade_short_kernel(make, tables, either, light_field);
+    shade_long_kernel(make, either, light_field);
+    shade_page_kernel(make, either, light_field);
   }
   if (pages_ == 0) return;
-  shade_page_ = &shade_page_kernel(make, mode);
+  shade_page_ = &shade_page_kernel(make, mode, light_field);
   paged_pixels_ =
       &make.buffer("screen_paged_pixels", (lists_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
 }
@@ -117,9 +122,6 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                        .kernel = &kernel,
                        .bindings = {{0, inputs.frame_constants, Access::uniform},
                                     {1, inputs.draw_particles, Access::texels},
-                                    {2, tables_.optical_depth(), Access::sampled},
-                                    {3, tables_.multiple_scattering(), Access::sampled},
-                                    {4, inputs.detail_noise, Access::sampled, Sampler::linear_repeat},
                                     {5, lists.ranges, Access::storage_read},
                                     {6, lists.list, Access::words},
                                     {7, begins_m_, Access::words},
@@ -132,13 +134,16 @@ void TiledBlend::add(FrameBuilder& frame, const Inputs& inputs, const Image& lay
                        .indirect = {&tiles, 0}};
   };
   ComputeStep every_tile = shade_step(shade_short_, long_tiles_);
-  if (tables_.packed_optical_depth()) every_tile.bindings[2] = {2, tables_.packed_optical_depth(), Access::words};
+  append_chord_bindings(every_tile.bindings, inputs.shading, bool{inputs.shading.tables.packed_optical_depth()});
   every_tile.indirect = {};
   every_tile.groups = {lists_.columns(), lists_.rows(), 1};
   frame.compute(std::move(every_tile));
-  frame.compute(shade_step(shade_long_, long_tiles_));
+  ComputeStep listed = shade_step(shade_long_, long_tiles_);
+  append_chord_bindings(listed.bindings, inputs.shading, false);
+  frame.compute(std::move(listed));
   for (std::uint32_t page = 0; page < pages_; ++page) {
     ComputeStep step = shade_step(*shade_page_, paged_tiles_);
+    append_chord_bindings(step.bindings, inputs.shading, false);
     step.bindings.emplace_back(14, *paged_pixels_, Access::storage_read_write);
     step.push = as_push(page);
     frame.compute(std::move(step));

@@ -11,27 +11,26 @@
 
 #include "lut/gpu_tables.h"
 #include "passes/layer/screen_lists.h"
+#include "passes/layer/shading_inputs.h"
 #include "passes/settings.h"
 
 namespace nephele {
 
 class TiledBlend {
  public:
-  // The tables must outlive it.
   TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
-             std::uint32_t layer_height, std::uint32_t visible_capacity);
+             std::uint32_t layer_height, std::uint32_t visible_capacity, bool light_field);
 
   struct Inputs {
     const Buffer& frame_constants;
     const Buffer& draw_particles;
     const Buffer& counters;  // FrameCounters: visible_count and visible_groups are filled
-    const Image& detail_noise;
+    const ShadingInputs& shading;
     const Image& layer_scene;  // metres to what stands behind, at the layer's size
   };
   void add(FrameBuilder& frame, const Inputs& inputs, const Image& layer_color, const Image& layer_depth);
 
  private:
-  const GpuTables& tables_;
   const ComputeKernel& masks_kernel_;
   const ComputeKernel& begins_kernel_;
   const ComputeKernel& shade_short_;

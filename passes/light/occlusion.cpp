@@ -11,14 +11,17 @@ using shared::FrameCounters;
 
 namespace {
 
-// Specialisation constant 0 of occlusion.comp.
-constexpr SpecConstant kWithoutAir[] = {{0, VK_FALSE}}, kWithAir[] = {{0, VK_TRUE}};
+const ComputeKernel& kernel(Workshop& make, bool air, bool light_field) {
+  const SpecConstant constants[] = {{0, air}, {20, light_field}};
+  return make.compute(shaders::occlusion_comp, constants);
+}
 
 }  // namespace
 
-Occlusion::Occlusion(Workshop& make, std::uint32_t visible_capacity)
-    : occlusion_(make.compute(shaders::occlusion_comp, kWithoutAir)),
-      occlusion_air_(make.compute(shaders::occlusion_comp, kWithAir)),
+Occlusion::Occlusion(Workshop& make, std::uint32_t visible_capacity, std::optional<float> near_m)
+    : occlusion_(kernel(make, false, near_m.has_value())),
+      occlusion_air_(kernel(make, true, near_m.has_value())),
+      near_m_(near_m.value_or(0.0f)),
       no_transmittance_(make.image("no_transmittance", {})),
       lights_(make.buffer("particle_lights", std::max(visible_capacity, 1u) * sizeof(shared::ParticleLight))) {}
 
@@ -36,6 +39,7 @@ const Buffer& Occlusion::add(FrameBuilder& frame, const Buffer& constants, const
                               {6, tiles.list, Access::words},
                               {7, lights_, Access::storage_write},
                               {8, transmittance ? *transmittance : no_transmittance_, Access::sampled}},
+                 .push = as_push(near_m_),
                  .indirect = {&counters, offsetof(FrameCounters, visible_groups)}});
   return lights_;
 }

@@ -11,10 +11,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
+#include "passes/kit/cloud_source.h"
 #include "passes/kit/prefix_sum.h"
-#include "passes/sources/cloud_source.h"
 #include "shared/field_constants.h"
 
 namespace nephele {
@@ -52,6 +53,8 @@ class CellSource final : public CloudSource {
   float extinction_per_m() const override { return field_.extinction_per_m; }
   InputBytes inputs(const FrameView& view) const override;
   void add(FrameBuilder& frame, const FrameView& view, const ParticleSink& sink) override;
+  std::unique_ptr<CloudSource> evenly(Workshop& make, const std::string& name, double reach_m,
+                                      double cell_m) const override;
   // The same of a field that is given whole.
   void add_field(FrameBuilder& frame, const shared::FieldFrame& field, const ParticleSink& sink);
 
@@ -63,10 +66,10 @@ class CellSource final : public CloudSource {
     double growth_period_s = 0.0;
     glm::dvec2 map_origin_m{0.0}, map_extent_m{0.0};
   };
-  CellSource(Workshop& make, std::string name, const shared::CloudField& field, const WeatherMap* map,
-             std::uint32_t capacity, const Motion& motion);
+  CellSource(Workshop& make, std::string name, const shared::CloudField& field, const Buffer& weather_map,
+             float most_coverage, std::uint32_t capacity, const Motion& motion);
   shared::FieldFrame field_frame(const FrameView& view) const;
-  void add_cells(FrameBuilder& frame);
+  void add_cells(FrameBuilder& frame, const ParticleSink& sink);
 
   const ComputeKernel& features_kernel_;
   const ComputeKernel& near_;

@@ -23,8 +23,7 @@ std::uint32_t most_particles(const Device& device) {
 }
 
 CloudExtent united(const CloudExtent& a, const CloudExtent& b) {
-  return {std::min(a.lowest_m, b.lowest_m), std::max(a.highest_m, b.highest_m),
-          a.ground_cover + b.ground_cover - a.ground_cover * b.ground_cover};
+  return {std::min(a.lowest_m, b.lowest_m), std::max(a.highest_m, b.highest_m)};
 }
 
 CloudParticles::CloudParticles(Workshop& make, std::vector<std::unique_ptr<CloudSource>> sources)
@@ -47,7 +46,8 @@ CloudParticles::Outputs CloudParticles::add(FrameBuilder& frame, const Buffer& f
   const auto bytes = std::as_bytes(std::span(records));
   frame.update("frame_constants", records_, {bytes.begin(), bytes.end()});
   for (std::size_t i = 0; i < sources_.size(); ++i)
-    sources_[i]->add(frame, view, {particles_, counters_, records_, static_cast<std::uint32_t>(i)});
+    sources_[i]->add(frame, view,
+                     {particles_, counters_, records_, static_cast<std::uint32_t>(i), sources_[i]->name()});
   const Buffer& visible = visibility_.add(frame, frame_constants, particles_, counters_);
   return {particles_, visible, counters_, records_};
 }
@@ -62,7 +62,7 @@ InputBytes CloudParticles::inputs(const FrameView& view) const {
 }
 
 CloudExtent CloudParticles::extent() const {
-  CloudExtent all{kNoTopM, -kNoTopM, 0.0f};
+  CloudExtent all{kNoTopM, -kNoTopM};
   for (const auto& source : sources_) all = united(all, source->extent());
   return all;
 }

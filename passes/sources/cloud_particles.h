@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "passes/sources/cloud_source.h"
+#include "passes/kit/cloud_source.h"
 #include "passes/sources/visibility.h"
 
 namespace nephele {

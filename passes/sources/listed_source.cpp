@@ -52,13 +52,27 @@ float mean_extinction_per_m(std::span<const ListedParticle> particles, double sc
 }
 
 CloudExtent extent_of(std::span<const ListedParticle> particles, const Placement& at) {
-  CloudExtent extent{INFINITY, kNoTopM, 0.0f};
+  CloudExtent extent{INFINITY, -INFINITY};
   for (const ListedParticle& p : particles) {
     double lowest_m = p.center_m.z - static_cast<double>(p.radius_m.z);
     if (p.base_m) lowest_m = std::max(lowest_m, static_cast<double>(*p.base_m));
     extent.lowest_m = std::min(extent.lowest_m, static_cast<float>(at.at_m.z + at.scale * lowest_m));
+    const double highest_m = p.center_m.z + static_cast<double>(p.radius_m.z);
+    extent.highest_m = std::max(extent.highest_m, static_cast<float>(at.at_m.z + at.scale * highest_m));
   }
   return extent;
+}
+
+CloudBounds bounds_of(std::span<const ListedParticle> particles, const Placement& at, const glm::dvec2& world_origin_m,
+                      const glm::dvec2& drift_m_per_s) {
+  CloudBounds bounds{glm::dvec2(INFINITY), glm::dvec2(-INFINITY), drift_m_per_s};
+  for (const ListedParticle& p : particles) {
+    const glm::dvec2 center_m(at.at_m + at.scale * turned(p.center_m, at.heading_rad));
+    const double across_m = at.scale * static_cast<double>(std::max(p.radius_m.x, p.radius_m.y));
+    bounds.low_m = glm::min(bounds.low_m, center_m - world_origin_m - across_m);
+    bounds.high_m = glm::max(bounds.high_m, center_m - world_origin_m + across_m);
+  }
+  return bounds;
 }
 
 const Buffer& upload(Workshop& make, std::string_view name, std::span<const ListedParticle> particles,
@@ -81,15 +95,16 @@ ListedSource::ListedSource(Workshop& make, std::string name, const ParticleGroup
       drift_m_per_s_(group.placement.drifts ? group.placement.wind_m_per_s.value_or(wind_m_per_s) : glm::dvec2(0.0)),
       demand_(static_cast<std::uint32_t>(group.particles.size())),
       extent_(extent_of(group.particles, group.placement)),
+      bounds_(bounds_of(group.particles, group.placement, world_origin_m, drift_m_per_s_)),
       extinction_per_m_(mean_extinction_per_m(group.particles, group.placement.scale)),
       placed_(upload(make, name_ + "_placed", std::span(group.particles).first(capacity_), group.placement,
                      world_origin_m)) {}
 
 shared::SplitPlace ListedSource::camera(const FrameView& view) const {
-  return shared::split_place(shared::cloud_from_world(view.camera_m, drift_m_per_s_, view.time_s));
+  return shared::split_place(view.in_air(drift_m_per_s_));
 }
 
-InputBytes ListedSource::inputs(const FrameView& view) const { return as_inputs(camera(view)); }
+InputBytes ListedSource::inputs(const FrameView& view) const { return as_inputs(camera(view), placed_.id()); }
 
 void ListedSource::add(FrameBuilder& frame, const FrameView& view, const ParticleSink& sink) {
   struct Claim {
@@ -99,11 +114,11 @@ void ListedSource::add(FrameBuilder& frame, const FrameView& view, const Particl
     shared::SplitPlace camera;
     std::uint32_t source;
   };
-  frame.compute({.name = name_,
+  frame.compute({.name = sink.row,
                  .kernel = &claim_,
                  .bindings = {{0, sink.counters, Access::storage_read_write}, {1, sink.records, Access::storage_write}},
                  .push = as_push(Claim{sink.source, demand_, capacity_})});
-  frame.compute({.name = name_,
+  frame.compute({.name = sink.row,
                  .kernel = &place_,
                  .bindings = {{0, placed_, Access::storage_read},
                               {1, sink.particles, Access::storage_write},

@@ -8,9 +8,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
-#include "passes/sources/cloud_source.h"
+#include "passes/kit/cloud_source.h"
 #include "shared/listed_particles.h"
 
 namespace nephele {
@@ -23,6 +24,7 @@ class ListedSource final : public CloudSource {
                const glm::dvec2& world_origin_m, std::uint32_t most);
 
   CloudExtent extent() const override { return extent_; }
+  std::optional<CloudBounds> bounds() const override { return bounds_; }
   float extinction_per_m() const override { return extinction_per_m_; }
   InputBytes inputs(const FrameView& view) const override;
   void add(FrameBuilder& frame, const FrameView& view, const ParticleSink& sink) override;
@@ -35,6 +37,7 @@ class ListedSource final : public CloudSource {
   glm::dvec2 drift_m_per_s_;
   std::uint32_t demand_;
   CloudExtent extent_;
+  CloudBounds bounds_;
   float extinction_per_m_;
   const Buffer& placed_;
 };

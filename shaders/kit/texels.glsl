@@ -52,8 +52,8 @@
 #define PARTICLE_LIGHTS(at, name)                                        \
   TEXELS(at, name)                                                       \
   ParticleLight name##_particle_light(uint i) {                          \
-    uvec4 texels[3];                                                     \
-    for (uint k = 0u; k < 3u; ++k) texels[k] = name##_texel(3u * i + k); \
+    uvec4 texels[2];                                                     \
+    for (uint k = 0u; k < 2u; ++k) texels[k] = name##_texel(2u * i + k); \
     return particle_light_from(texels);                                  \
   }
 
@@ -72,9 +72,9 @@ Particle particle_from(uvec4 texels[4]) {
                   d.w);
 }
 
-ParticleLight particle_light_from(uvec4 texels[3]) {
-  const vec4 a = uintBitsToFloat(texels[0]), b = uintBitsToFloat(texels[1]), c = uintBitsToFloat(texels[2]);
-  return ParticleLight(a.xyz, a.w, b.xyz, b.w, c.x, c.yzw);
+ParticleLight particle_light_from(uvec4 texels[2]) {
+  const vec4 a = uintBitsToFloat(texels[0]), b = uintBitsToFloat(texels[1]);
+  return ParticleLight(a.xyz, a.w, b.xyz, b.w);
 }
 
 DrawParticle draw_particle_from(uvec4 texels[10]) {
@@ -89,16 +89,14 @@ DrawParticle draw_particle_from(uvec4 texels[10]) {
   p.optical_radius = t[4].w;
   p.tau_gradient_per_m = t[5].xyz;
   p.tau_sun = t[5].w;
-  p.sky_up_radiance = t[6].xyz;
+  p.ambient_radiance = t[6].xyz;
   p.base_m = t[6].w;
-  p.sky_down_radiance = t[7].xyz;
-  p.sky_share = t[7].w;
-  p.radiance_per_sr = t[8].xyz;
-  p.flags = texels[8].w;
-  p.tau_near = t[9].x;
-  p.tau_behind = t[9].y;
-  p.sky_share_per_m = t[9].z;
-  p.outward = t[9].w;
+  p.radiance_per_sr = t[7].xyz;
+  p.flags = texels[7].w;
+  p.field_place = t[8].xyz;
+  p.own_depth_share = t[8].w;
+  p.field_per_m = t[9].xy;
+  p.unused = t[9].zw;
   return p;
 }
 

@@ -12,9 +12,6 @@ layout(pixel_interlock_ordered) in;
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 layout(scalar, set = 0, binding = 1) readonly buffer DrawParticles { DrawParticle draw_particles[]; };
-layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
-layout(set = 0, binding = 3) uniform sampler3D multiple_table;
-layout(set = 0, binding = 4) uniform sampler3D detail_noise;
 layout(set = 0, binding = 8) uniform sampler2D layer_scene;  // metres to what stands behind
 layout(location = 0) flat in uint particle_index;
 

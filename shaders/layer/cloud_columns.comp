@@ -6,7 +6,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-#define PACKED_TABLE 2
+#define PACKED_TABLE 16
 #define EXACT_SLOTS 8  // another stretch costs little here: the segments are on the stack
 #include "shared/exact_blend.h"
 #include "shared/screen_bounds.h"

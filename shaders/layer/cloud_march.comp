@@ -27,8 +27,8 @@ DRAW_PARTICLES(1, draw_particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
 WORDS(3, list);    // a tile's particles, nearest first
 WORDS(4, near_m);  // no point of the particle is nearer
-layout(set = 0, binding = 5) uniform sampler3D density_lattice;
-layout(set = 0, binding = 6) uniform sampler3D multiple_table;
+layout(set = 0, binding = 17) uniform sampler3D multiple_table;
+layout(set = 0, binding = 19) uniform sampler3D particle_density;
 layout(set = 0, binding = 7) uniform sampler2D layer_scene;  // metres to what stands behind
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
 layout(set = 0, binding = 9, rgba32f) writeonly uniform image2D marched;    // premultiplied radiance, transmittance
@@ -40,6 +40,8 @@ WORDS(11, pixels);                                        // that the particle m
 #include "kit/camera_rays.glsl"
 #include "layer/driver_limit.glsl"
 #include "layer/march_noise.glsl"
+#include "layer/field_light.glsl"
+#include "layer/density_fetch.glsl"
 #include "layer/particle_light.glsl"
 
 // A ray takes kSteps steps across eight particle diameters. Steps grow with the particles, which double in size from
@@ -56,12 +58,11 @@ struct Candidate {
   vec3 to_sun;                           // unit, reference space
   float sun_radius_m;                    // of the ellipsoid along the sun's rays
   float tau_begin, tau_per_m, tau_mean;  // towards the sun through the others: linear along the ray
-  float near_share;                      // share of that depth that lies in the cloud around
-  float tau_rest;                        // depth of that cloud without what lies towards the sun
-  float outward;                         // as in DrawParticle
+  float own_depth_share;                 // as in DrawParticle
   float multiple_per_sr;                 // light scattered more than once inside the particle, per unit irradiance
-  vec3 sun_irradiance;
-  vec3 ambient;  // radiance of sky and ground in it, or its own
+  vec3 sun_irradiance;                   // 0 where matter is emissive
+  vec3 ambient;                          // radiance of sky and ground in it, or its own
+  vec3 field_begin, field_per_m;         // the ray in the light field's volume
 };
 
 // Fills in what the particle's light is on this ray; what of it varies along the ray, add_candidate finds at each
@@ -70,9 +71,8 @@ void light_candidate(DrawParticle p, vec3 direction, vec3 closest, float half_ch
   c.sun_irradiance = vec3(0.0);
   c.multiple_per_sr = 0.0;
   c.tau_mean = 0.0;
-  c.near_share = 0.0;
-  c.tau_rest = 0.0;
-  c.outward = 0.0;
+  c.own_depth_share = 0.0;
+  c.field_begin = c.field_per_m = vec3(0.0);
   c.ambient = p.radiance_per_sr;
   if ((p.flags & kParticleEmissive) != 0u) return;
 
@@ -83,17 +83,16 @@ void light_candidate(DrawParticle p, vec3 direction, vec3 closest, float half_ch
   c.tau_mean = p.tau_sun;
   c.tau_per_m = dot(p.tau_gradient_per_m, direction);
   c.tau_begin = p.tau_sun - dot(p.tau_gradient_per_m, p.center_m);
-
-  c.near_share = p.tau_near / max(c.tau_mean, 1e-6);
-  c.tau_rest = p.tau_behind + kMeanChord * p.optical_radius;
-
-  const vec3 entry = normalize(closest - half_chord * c.step);
-  const float h = min(half_chord * length(c.step), 1.0);
-  c.multiple_per_sr = multiple_inside_per_sr(p, entry, h, dot(p.light_direction, -normalize(c.step)));
-
-  c.outward = p.outward;
-
-  c.ambient = ambient_radiance(p, 0.5 * (c.near_m + c.far_m) * direction.z - p.center_m.z, direction.z);
+  c.ambient = p.ambient_radiance;
+  if (kLightField) {
+    c.own_depth_share = p.own_depth_share;
+    c.field_begin = p.field_place - p.center_m * field_scale_per_m(p);
+    c.field_per_m = direction * field_scale_per_m(p);
+  } else {
+    const vec3 entry = normalize(closest - half_chord * c.step);
+    c.multiple_per_sr = multiple_inside_per_sr(p, entry, min(half_chord * length(c.step), 1.0),
+                                               dot(p.light_direction, -normalize(c.step)));
+  }
 }
 
 // False where the ray misses the particle, or has it all behind `from_m` or beyond `limit_m`.
@@ -118,19 +117,18 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
 
 // The sums over all particles at one place of the ray.
 struct Sample {
-  float extinction_per_m, lit_per_m;                                    // of all particles; of those the sun lights
-  float varying_per_m;                                                  // of the particles that are not homogeneous
-  float tau, tau_near, tau_rest, tau_inside, outward, multiple_per_sr;  // weighted by lit extinction
-  vec3 sun_irradiance, ambient;
+  float extinction_per_m, lit_per_m;                        // of all particles; of those that are not emissive
+  float varying_per_m;                                      // of the particles that are not homogeneous
+  float tau, tau_inside, own_depth_share, multiple_per_sr;  // weighted by lit extinction
+  vec3 sun_irradiance, ambient;                             // weighted by extinction
+  vec3 field_place;                                         // in the light field's volume
   bool matter;
 };
 
 void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   if (at_m < c.near_m || at_m > c.far_m) return;
   const vec3 p = c.start + at_m * c.step;
-  const float cells = float(textureSize(density_lattice, 0).x - 1);
-  float density =
-      c.homogeneous ? 1.0 : textureLod(density_lattice, ((0.5 * p + 0.5) * cells + 0.5) / (cells + 1.0), 0.0).x;
+  float density = c.homogeneous ? 1.0 : density_in_particle(p);
   if (has_base(c.base_m)) density *= base_fade(altitude - c.base_m);
   if (density <= 0.0) return;
   s.matter = s.matter || density > kFirstMatterDensity;
@@ -138,15 +136,14 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
   s.extinction_per_m += w;
   if (!c.homogeneous) s.varying_per_m += w;
   s.ambient += w * c.ambient;
-  if (c.sun_irradiance == vec3(0.0)) return;
+  const bool lit = kLightField ? c.field_per_m != vec3(0.0) : c.sun_irradiance != vec3(0.0);
+  if (!lit) return;
   s.lit_per_m += w;
   s.sun_irradiance += w * c.sun_irradiance;
   s.multiple_per_sr += w * c.multiple_per_sr;
-  const float tau = linear_depth(c.tau_mean, c.tau_begin + c.tau_per_m * at_m - c.tau_mean);
-  s.tau += w * tau;
-  s.tau_near += w * c.near_share * tau;
-  s.tau_rest += w * c.tau_rest;
-  s.outward += w * c.outward;
+  s.field_place = c.field_begin + at_m * c.field_per_m;
+  s.own_depth_share += w * c.own_depth_share;
+  s.tau += w * linear_depth(c.tau_mean, c.tau_begin + c.tau_per_m * at_m - c.tau_mean);
   // The particle's own depth from here towards the sun, by its mean profile.
   const float along = dot(p, c.to_sun), h2 = max(1.0 - dot(p, p) + along * along, 0.0);
   const uint flags = c.homogeneous ? kParticleHomogeneous : 0u;
@@ -158,18 +155,22 @@ void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
 vec3 sample_radiance(Sample s, float mu) {
   const vec3 ambient_radiance = s.ambient / s.extinction_per_m;
   if (!(s.lit_per_m > 0.0)) return ambient_radiance;
-  PlaceLight light;
+  const float once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g);
+  const float own_depth = (s.tau + s.tau_inside) / s.lit_per_m;
+  if (kLightField) {
+    const vec4 seen = textureLod(light_radiance, s.field_place, 0.0);
+    const float tau = mix(seen.a, own_depth, s.own_depth_share / s.lit_per_m);
+    return ambient_radiance +
+           s.lit_per_m / s.extinction_per_m *
+               source_radiance_in_field(s.sun_irradiance / s.lit_per_m, mu, once_per_sr, tau, seen.rgb);
+  }
+  TableLight light;
   light.sun_irradiance = s.sun_irradiance / s.extinction_per_m;
   light.ambient_radiance = ambient_radiance;
   light.tau_sun = s.tau / s.lit_per_m;
-  light.tau_self = s.tau_inside / s.lit_per_m;
-  light.tau_near = s.tau_near / s.lit_per_m;
-  light.tau_cloud = light.tau_near + s.tau_rest / s.lit_per_m;
-  light.outward = s.outward / s.lit_per_m;
-  light.once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g) * exp(-light.tau_sun - light.tau_self);
-  light.again_per_sr = kAgainShare * s.multiple_per_sr / s.lit_per_m;
-  light.again_share = 1.0;
-  return source_radiance(light, mu, frame.phase_g);
+  light.once_per_sr = once_per_sr * exp(-own_depth);
+  light.again_per_sr = s.multiple_per_sr / s.lit_per_m;
+  return table_source_radiance(light);
 }
 
 // Interleaved gradient noise (Jimenez, Next Generation Post Processing in Call of Duty: Advanced Warfare, 2014): nine
@@ -250,7 +251,7 @@ void main() {
     end_m = max(min(end_m, limit_m), t + max(1e-6, 2e-7 * t));  // never without moving on
     const float at_m = mix(t, end_m, jitter);
     const float altitude = altitude_m(direction * at_m, frame.camera_grid_m.z);
-    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), false);
+    Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), false);
     for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, s);
     lookups += open_count;
     // What has begun without finding a slot is met anew at every sample: slow, and complete.

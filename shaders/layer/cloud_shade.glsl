@@ -1,6 +1,6 @@
 // Shading of one particle along one ray: geometry, optical depth, light, as a segment to be blended.
-// The including shader declares: FrameConstants frame, sampler3D multiple_table, detail_noise, and either sampler3D
-// optical_depth_table or, packed_table_fetch.glsl.
+// The including shader declares FrameConstants frame. Where it defines PACKED_TABLE it includes packed_table_fetch.glsl
+// before, and the optical depth table is read as bytes.
 #ifndef NEPHELE_CLOUD_SHADE_GLSL
 #define NEPHELE_CLOUD_SHADE_GLSL
 
@@ -14,6 +14,8 @@
 #include "shared/types.h"
 #include "shared/world.h"
 #include "kit/camera_rays.glsl"
+#include "layer/shading_inputs.glsl"
+#include "layer/density_fetch.glsl"
 #include "layer/particle_light.glsl"
 #include "layer/table_fetch.glsl"
 
@@ -71,32 +73,51 @@ bool cut_at_base(float base_m, vec3 direction, inout float near_m, inout float f
     far_m = near_m - above_near / slope;
     above_far = 0.0;
   }
-  thinning = base_fade(0.5 * (above_near + above_far));
+  thinning = mean_base_fade(above_near, above_far);
   return far_m > near_m;
 }
 
-// Source radiance of the segment of optical depth tau_chord, lit as it is at_m metres from the camera, along the chord
-// of half length h in the unit sphere.
-vec3 segment_radiance(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit, float tau_chord) {
+// Optical depth towards the sun from a place in the particle, by the particle's own record: through the others as four
+// places know it, and through itself by its mean profile.
+float own_depth_to_sun(DrawParticle p, vec3 from_center_m) {
+  const float others = linear_depth(p.tau_sun, dot(p.tau_gradient_per_m, from_center_m));
+  const vec3 towards_sun = p.reference_from_render * frame.sun_direction, at = p.reference_from_render * from_center_m;
+  const float sun_radius_m = 1.0 / length(towards_sun);
+  const float along = sun_radius_m * dot(at, towards_sun), h2 = max(1.0 - dot(at, at) + along * along, 0.0);
+  const float self = profile_integral(sqrt(h2), h2, p.flags) - profile_integral(along, h2, p.flags);
+  return others + p.extinction_per_m * sun_radius_m * max(self, 0.0);
+}
+
+// Source radiance of a segment that is lit as it is at_m metres from the camera.
+vec3 radiance_from_field(DrawParticle p, vec3 direction, float at_m) {
   const vec3 from_center_m = direction * at_m - p.center_m;
   const float mu = dot(frame.sun_direction, direction);
-  const float c = dot(entry, p.light_direction);
-  PlaceLight light;
+  const vec4 seen = textureLod(light_radiance, p.field_place + from_center_m * field_scale_per_m(p), 0.0);
+  float tau = seen.a;
+  // A loop of at most one round: unlike a branch a CPU leaves it out where none of eight threads needs it.
+  for (float left = p.own_depth_share; left > 0.0; left = 0.0)
+    tau = mix(tau, own_depth_to_sun(p, from_center_m), p.own_depth_share);
+  const float once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g);
+  return source_radiance_in_field(p.sun_irradiance, mu, once_per_sr, tau, seen.rgb);
+}
+
+// The same from the particle's tables: of a segment of optical depth tau_chord along the chord of half length h in the
+// unit sphere.
+vec3 radiance_from_tables(DrawParticle p, vec3 direction, float at_m, vec3 entry, float h, float mu_unit,
+                          float tau_chord) {
+  const float mu = dot(frame.sun_direction, direction);
+  TableLight light;
   light.sun_irradiance = p.sun_irradiance;
-  // The depth through the others varies linearly; the cloud around has its share in it everywhere.
-  light.tau_sun = linear_depth(p.tau_sun, dot(p.tau_gradient_per_m, from_center_m));
-  light.tau_near = p.tau_near * (light.tau_sun / max(p.tau_sun, 1e-6));
-  light.tau_cloud = light.tau_near + p.tau_behind + kMeanChord * p.optical_radius;
-  light.outward = p.outward;
+  light.tau_sun = linear_depth(p.tau_sun, dot(p.tau_gradient_per_m, direction * at_m - p.center_m));
   // Scattered once: in a homogeneous sphere whose density gives this chord its depth.
   const float sigma_ray = tau_chord / max(2.0 * h, 1e-3);
-  const float self = single_scattering(c, h, mu_unit, sigma_ray) / max(opacity_of(tau_chord), 1e-6);
-  light.tau_self = -log(clamp(self, 1e-4, 1.0));
-  light.once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g) * self * exp(-light.tau_sun);
-  light.again_share = kAgainShare;
+  const float self =
+      single_scattering(dot(entry, p.light_direction), h, mu_unit, sigma_ray) / max(opacity_of(tau_chord), 1e-6);
+  light.once_per_sr =
+      phase_per_sr(frame.phase_function, mu, frame.phase_g) * clamp(self, 1e-4, 1.0) * exp(-light.tau_sun);
   light.again_per_sr = multiple_inside_per_sr(p, entry, h, mu_unit);
-  light.ambient_radiance = ambient_radiance(p, from_center_m.z, direction.z);
-  return source_radiance(light, mu, frame.phase_g);
+  light.ambient_radiance = p.ambient_radiance;
+  return table_source_radiance(light);
 }
 
 // The reference particle along the chord between two points of the unit sphere, as fetch_optical_depth gives it.
@@ -107,6 +128,8 @@ vec2 fetch_matter(vec3 entry, vec3 exit) {
   return fetch_optical_depth(optical_depth_table, entry, exit);
 #endif
 }
+
+const uint kInsideSamples = 12u;  // of the density in a particle that the eye is in
 
 // The particle's visible segment along the ray up to limit_m; false when there is none.
 bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegment segment) {
@@ -138,6 +161,13 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   if (chord_near < 0.0 || far_m < chord_far) {  // from within, or cut by what stands behind
     vec3 at = (vec3(matter_near, near_m, far_m) - (along + mid)) * length(step);
     density = tau_chord * chord_share(at.x, at.y, at.z, h * h, p.flags) / (far_m - near_m);
+    // From within, the noise between the eye and the far side is seen at its true size. (A loop of no round where the
+    // eye is outside: a CPU leaves it out for eight threads.)
+    const uint samples = chord_near < 0.0 && !homogeneous ? kInsideSamples : 0u;
+    float sum = 0.0;
+    for (uint i = 0u; i < samples; ++i)
+      sum += density_in_particle(start + step * (mix(near_m, far_m, (float(i) + 0.5) / float(kInsideSamples)) - along));
+    density = samples > 0u ? p.extinction_per_m * sum / float(kInsideSamples) : density;
     if (density <= 0.0) return false;
   }
   if (has_base(p.base_m) && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
@@ -160,8 +190,10 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   }
   if (density * (far_m - near_m) < 1e-4) return false;  // not worth its light
   float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
-  float mu_unit = dot(p.light_direction, -normalize(step));
-  segment.radiance = relief * segment_radiance(p, direction, at_m, entry, h, mu_unit, density * 2.0 * half_chord);
+  segment.radiance = relief * (kLightField ? radiance_from_field(p, direction, at_m)
+                                           : radiance_from_tables(p, direction, at_m, entry, h,
+                                                                  dot(p.light_direction, -normalize(step)),
+                                                                  density * 2.0 * half_chord));
   return true;
 }
 

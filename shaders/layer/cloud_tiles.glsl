@@ -9,11 +9,6 @@ layout(constant_id = 1) const bool kListed = false;  // work on the tiles of Til
 layout(constant_id = 2) const uint kShortList = kColumnPlaces;  // the longest of these
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 DRAW_PARTICLES(1, draw_particles);
-#ifndef PACKED_TABLE
-layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
-#endif
-layout(set = 0, binding = 3) uniform sampler3D multiple_table;
-layout(set = 0, binding = 4) uniform sampler3D detail_noise;
 layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uvec2 ranges[]; };
 WORDS(6, list);  // particles, a tile's after the other's
 WORDS(7, begins_m);

@@ -1,7 +1,6 @@
-// Two parts of a particle's light that the shading of whole chords (cloud_shade.glsl) and the ray marcher
-// (cloud_march.comp) take from the particle by the same formulas and hand to source_radiance (cloud_light.h).
-// The including shader declares FrameConstants frame and sampler3D multiple_table, and includes blend.h, cloud_light.h
-// and types.h before.
+// Light from a particle's own tables, as the shading of whole chords (cloud_shade.glsl) and the ray marcher
+// (cloud_march.comp) take it. The including shader declares FrameConstants frame and sampler3D multiple_table, and
+// includes blend.h and types.h before.
 #ifndef NEPHELE_PARTICLE_LIGHT_GLSL
 #define NEPHELE_PARTICLE_LIGHT_GLSL
 
@@ -14,12 +13,6 @@
 float multiple_inside_per_sr(DrawParticle p, vec3 entry, float h, float mu_unit) {
   const float c = dot(entry, p.light_direction), sigma = p.optical_radius;
   return fetch_multiple(multiple_table, c, h, mu_unit, sigma, frame.phase_g) / max(opacity_of(2.0 * h * sigma), 1e-3);
-}
-
-// Source radiance of the light of sky and ground, height_m above the particle's centre, on a ray that climbs view_z.
-vec3 ambient_radiance(DrawParticle p, float height_m, float view_z) {
-  const float above = ambient_share_above(p.sky_share + p.sky_share_per_m * height_m, view_z);
-  return mix(p.sky_down_radiance, p.sky_up_radiance, above);
 }
 
 #endif

@@ -7,6 +7,7 @@
 #include "shared/ellipsoid.h"
 #include "shared/flat_base.h"
 #include "kit/texels.glsl"
+#include "shared/light_lattice.h"
 #include "shared/world.h"
 #include "kit/light_through_air.glsl"
 
@@ -20,7 +21,44 @@ layout(scalar, set = 0, binding = 5) readonly buffer Counters { FrameCounters co
 layout(scalar, set = 0, binding = 6) writeonly buffer DrawParticles { DrawParticle draw_particles[]; };
 layout(set = 0, binding = 7) uniform sampler2D sky_irradiance;
 layout(scalar, set = 0, binding = 8) readonly buffer Records { SourceRecord records[]; };
+layout(scalar, set = 0, binding = 9) readonly buffer Lattice { LightLattice lattice; };
+layout(set = 0, binding = 10) uniform sampler3D light_radiance;
 layout(push_constant, scalar) uniform Push { float mean_fill; };
+layout(constant_id = 20) const bool kLightField = true;
+
+#include "kit/light_lattice.glsl"
+
+vec3 field_place(uint level, vec3 at_m, float planes) {
+  return light_volume_coordinates(light_cell_position(level, at_m), lattice.levels[level].radiance_plane, planes);
+}
+
+// Which level of the light field holds at the particle, and where in it the particle is.
+void place_in_field(vec3 center_m, float own_depth, float radius_m, inout DrawParticle d) {
+  const vec3 at_m = grid_from_render(center_m, vec3(0.0, 0.0, frame.camera_grid_m.z));
+  const float distance_m = max(abs(at_m.x), abs(at_m.y));
+  uint level = 0u;
+  while (level + 1u < lattice.level_count && distance_m >= lattice.levels[level].reach_m) ++level;
+  // Matter that a level has no cell for, which the levels of detail may leave, is lit as in a coarser one.
+  const float planes = float(textureSize(light_radiance, 0).z);
+  vec3 place = field_place(level, at_m, planes);
+  while (level + 1u < lattice.level_count && textureLod(light_radiance, place, 0.0).a <= 0.0)
+    place = field_place(++level, at_m, planes);
+  d.own_depth_share = own_depth * near_camera_share(length(center_m) - radius_m, lattice.levels[0].cell_m);
+  d.field_per_m = vec2(1.0 / (lattice.levels[level].cell_m * float(lattice.side)), 1.0 / (lattice.layer_m * planes));
+  d.field_place = place;
+}
+
+// Mean radiance of sky above and ground below, mixed by the place in the cloud.
+vec3 ambient_radiance(Particle p) {
+  const float altitude = altitude_m(p.center_m, frame.camera_grid_m.z);
+  vec3 above, below;
+  mean_radiance_at(sky_irradiance, frame, altitude, sun_cos_zenith_at(p.center_m, frame), above, below);
+  if (!has_base(p.base_m)) return 0.5 * (above + below);  // whose cloud it is part of is not known
+  const float extinction_per_m = records[p.flags >> kParticleSourceShift].extinction_per_m;  // of its own cloud
+  const float share = slab_share_above(extinction_per_m * (p.top_m - altitude),
+                                       extinction_per_m * max(p.top_m - p.base_m, 0.0), frame.phase_g);
+  return mix(below, above, clamp(share, 0.0, 1.0));
+}
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
@@ -45,27 +83,17 @@ void main() {
   d.optical_radius = p.extinction_per_m * mean_radius_m * (homogeneous ? 1.0 : mean_fill);
   d.sun_irradiance = light.sun_irradiance;
   d.tau_sun = light.tau_sun;
-  d.tau_near = light.tau_near;
-  d.tau_behind = light.tau_behind;
   d.tau_gradient_per_m = light.tau_gradient_per_m;
   d.base_m = p.base_m;
-  d.flags = p.flags;
+  d.flags = frame.detail_enabled != 0u ? p.flags : p.flags & ~kParticleDetail;
   d.radiance_per_sr = p.radiance_per_sr;
-  // At its very centre it has no side.
-  d.outward = outward_factor(-dot(light.openness, p.center_m) / max(length(p.center_m), mean_radius_m), frame.phase_g);
-  const float altitude = altitude_m(p.center_m, frame.camera_grid_m.z);
-  mean_radiance_at(sky_irradiance, frame, altitude, sun_cos_zenith_at(p.center_m, frame), d.sky_up_radiance,
-                   d.sky_down_radiance);
-  d.sky_down_radiance *= 1.0 - kGroundShadow * frame.ground_cover;
-  if (has_base(p.base_m)) {
-    const float thickness_m = max(p.top_m - p.base_m, 0.0);
-    const float extinction_per_m = records[p.flags >> kParticleSourceShift].extinction_per_m;  // of its own cloud
-    d.sky_share =
-        slab_share_above(extinction_per_m * (p.top_m - altitude), extinction_per_m * thickness_m, frame.phase_g);
-    d.sky_share_per_m = slab_share_per_depth(extinction_per_m * thickness_m, frame.phase_g) * extinction_per_m;
-  } else {  // whose cloud it is part of is not known: as much as a surface sees that faces away from its neighbours
-    d.sky_share = 0.5 + 0.5 * light.openness.z;
-    d.sky_share_per_m = 0.0;
-  }
+  d.ambient_radiance = vec3(0.0);
+  d.field_place = vec3(0.0);
+  d.own_depth_share = 0.0;
+  d.field_per_m = d.unused = vec2(0.0);
+  if (kLightField)
+    place_in_field(p.center_m, light.own_depth, max(max(p.radius_m.x, p.radius_m.y), p.radius_m.z), d);
+  else
+    d.ambient_radiance = ambient_radiance(p);
   draw_particles[i] = d;
 }

@@ -6,10 +6,12 @@
 
 // [Yusov14] 5.3 step 2: the sunlight that reaches each visible particle. The depth is sampled at a tetrahedron inside
 // the particle rather than at its centre alone, for its mean and its gradient.
-// Deviates from the paper: instead of low-passing the depth over neighbouring particles (its step 3), it measures how
-// much cloud there is around, which diffuse light depends on (shared/cloud_light.h). Nothing here depends on the view.
+// Deviates from the paper: the depth is not low-passed over neighbouring particles (its step 3). With the light field
+// the depths of particles near the camera are wanted alone; those of others are 0, and marked so.
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool kAir = true;  // false: a dummy is bound as the transmittance table
+layout(constant_id = 0) const bool kAir = true;          // false: a dummy is bound as the transmittance table
+layout(constant_id = 20) const bool kLightField = true;  // depths are wanted within near_m of the camera alone
+layout(push_constant, scalar) uniform Push { float near_m; };
 
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 PARTICLES(1, particles);
@@ -41,29 +43,22 @@ void main() {
   light.sun_irradiance = vec3(0.0);
   light.tau_sun = 0.0;
   light.tau_gradient_per_m = vec3(0.0);
-  light.tau_near = 0.0;
-  light.tau_behind = 0.0;
-  light.openness = vec3(0.0);
-  if ((particle.flags & kParticleEmissive) == 0u) {
-    const Neighbourhood around = neighbourhood(particle);
-    light.openness = around.openness;
-    light.sun_irradiance = sun_irradiance(particle.center_m);
-    if (any(greaterThan(light.sun_irradiance, vec3(0.0)))) {
-      vec3 points_m[4];
-      for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * tetrahedron_corner(j));
-      const SunColumn column = sun_column(points_m, particle.center_m, self);
-
-      vec3 slope = vec3(0.0);
-      for (uint j = 0u; j < 4u; ++j) {
-        light.tau_sun += 0.25 * column.depths[j];
-        slope += column.depths[j] * tetrahedron_corner(j);
-      }
-      slope *= 0.75 / kDepthSampleRadius;
-      light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
-
-      light.tau_near = min(around.enclosure * column.near, light.tau_sun);
-      light.tau_behind = around.enclosure * column.behind;
-    }
+  if ((particle.flags & kParticleEmissive) == 0u) light.sun_irradiance = sun_irradiance(particle.center_m);
+  bool wanted = any(greaterThan(light.sun_irradiance, vec3(0.0)));
+  if (kLightField)
+    wanted =
+        wanted &&
+        length(particle.center_m) - max(max(particle.radius_m.x, particle.radius_m.y), particle.radius_m.z) < near_m;
+  light.own_depth = wanted ? 1.0 : 0.0;
+  vec3 points_m[4];
+  for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * tetrahedron_corner(j));
+  const float depths[4] = depths_to_sun(points_m, self, wanted);
+  vec3 slope = vec3(0.0);
+  for (uint j = 0u; j < 4u; ++j) {
+    light.tau_sun += 0.25 * depths[j];
+    slope += depths[j] * tetrahedron_corner(j);
   }
+  slope *= 0.75 / kDepthSampleRadius;
+  light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
   lights[slot] = light;
 }

@@ -228,7 +228,7 @@ NEPHELE_FN FeatureWindow window_within(CloudField field, uint lattice, float rea
 NEPHELE_FN uint end_of(FeatureWindow window) { return window.first + uint(window.side * window.side); }
 
 NEPHELE_FN FeatureWindow feature_window(CloudField field, uint lattice) {
-  float reach = looked_at_m(field, field.ring_count - 1u);
+  float reach = looked_at_m(field, last_ring(field));
   FeatureWindow window = window_within(field, 0u, reach, 0u);
   for (uint i = 1u; i <= lattice; ++i) window = window_within(field, i, reach, end_of(window));
   return window;
@@ -238,8 +238,7 @@ NEPHELE_FN FeatureWindow feature_window(CloudField field, uint lattice) {
 // at several places of the cell: in rings whose cells are no larger than the lattice's.
 NEPHELE_FN float near_reach_m(CloudField field, uint lattice) {
   uint ring = 0u;
-  while (ring + 1u < field.ring_count && ring_cell_m(field, ring + 1u) <= lattice_cell_m(feature_cells(lattice)))
-    ++ring;
+  while (ring < last_ring(field) && ring_cell_m(field, ring + 1u) <= lattice_cell_m(feature_cells(lattice))) ++ring;
   return looked_at_m(field, ring);
 }
 

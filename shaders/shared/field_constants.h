@@ -31,7 +31,8 @@ struct CloudField {
   float thickness_m;       // height of the tallest clouds above the base
   float extinction_per_m;  // peak extinction of a particle of density 1
   float view_distance_m;   // clouds fade over its last fifth
-  uint ring_count;         // <= kMaxRings
+  uint first_ring;         // the finest that has cells; 0 for what the camera sees
+  uint ring_count;         // from there on; first_ring + ring_count <= kMaxRings
   uint ring_size_cells;    // cells along a ring's side, a multiple of 8
   uint layer_count;        // particles stacked in a cell, base included
   float inner_cell_m;      // cell size of ring 0, doubling per ring
@@ -74,10 +75,10 @@ NEPHELE_SHARED_END
 
 #ifdef __cplusplus
 static_assert(sizeof(nephele::shared::WeatherPlacement) == 32);
-static_assert(sizeof(nephele::shared::CloudField) == 96);
-static_assert(sizeof(nephele::shared::FieldFrame) == 108);
+static_assert(sizeof(nephele::shared::CloudField) == 100);
+static_assert(sizeof(nephele::shared::FieldFrame) == 112);
 static_assert(sizeof(nephele::shared::FeatureWindow) == 16);
-static_assert(sizeof(nephele::shared::FieldConstants) == 212);
+static_assert(sizeof(nephele::shared::FieldConstants) == 216);
 static_assert(sizeof(nephele::shared::FieldCounters) == 40);
 #endif
 

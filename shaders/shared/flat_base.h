@@ -21,6 +21,17 @@ NEPHELE_CONST(float, kBaseFadeM, 50.0f);
 // kBaseFadeM on.
 NEPHELE_FN float base_fade(float above_base_m) { return smoothstep(0.0f, kBaseFadeM, above_base_m); }
 
+// Its integral from the base up, metres; and its mean over a way that climbs evenly from one height to another.
+NEPHELE_FN float base_fade_integral(float above_base_m) {
+  float u = clamp(above_base_m / kBaseFadeM, 0.0f, 1.0f);
+  return kBaseFadeM * u * u * u * (1.0f - 0.5f * u) + max(above_base_m - kBaseFadeM, 0.0f);
+}
+NEPHELE_FN float mean_base_fade(float from_m, float to_m) {
+  float climb_m = to_m - from_m;
+  return abs(climb_m) < 0.5f ? base_fade(0.5f * (from_m + to_m))
+                             : (base_fade_integral(to_m) - base_fade_integral(from_m)) / climb_m;
+}
+
 NEPHELE_SHARED_END
 
 #endif

@@ -267,15 +267,6 @@ NEPHELE_FN float occluder_depth(Occluder occluder, vec3 p_light_m, vec3 up) {
   return chord_depth(occluder, sun_chord(occluder, p_light_m, up));
 }
 
-// Extinction of one particle at a point of light space; 0 outside it and below its base.
-NEPHELE_FN float occluder_extinction(Occluder occluder, vec3 p_light_m, vec3 up) {
-  vec3 d = p_light_m - occluder.center_m;
-  float s = (d.z - occluder.slope.x * d.x - occluder.slope.y * d.y) / occluder.half_m;
-  float q = silhouette(occluder, d.x, d.y) - s * s;
-  if (q <= 0.0f || dot(up, d) < occluder.base_m) return 0.0f;
-  return occluder.extinction_per_m * particle_profile(q, occluder.flags);
-}
-
 // ---- Sampling the depth inside a particle ----
 
 // A regular tetrahedron's corners, unit vectors: they sum to zero and their outer products to 4/3 of the identity, so
@@ -289,15 +280,6 @@ NEPHELE_FN vec3 tetrahedron_corner(uint i) {
 // particles of a whole field, exp(-tau / 4) from these four points and a clamped linear law has an RMS error of 0.15 to
 // 0.16; from the centre alone 0.23 to 0.26, from six points on the axes 0.13 to 0.14, and those with the centre 0.17.
 NEPHELE_CONST(float, kDepthSampleRadius, 0.6f);
-// How enclosed a particle is. kNeighbourRadius: its surroundings are looked up this many radii from its centre, at the
-// opposite corners. kNeighbourWay: so many radii of the way there count. kLeastEnclosure: what a particle with clear
-// air at all four corners has; without it particles that stick out of a crown would show as dark spots in it.
-NEPHELE_CONST(float, kNeighbourRadius, 2.5f);
-NEPHELE_CONST(float, kNeighbourWay, 2.0f);
-NEPHELE_CONST(float, kLeastEnclosure, 0.25f);
-
-// What is farther than this from a particle along the sun's ray belongs to another cloud.
-NEPHELE_CONST(float, kColumnReachM, 1500.0f);
 
 NEPHELE_FN vec3 particle_point(Particle particle, vec3 unit_point) {
   return particle.center_m + render_from_local(unit_point * particle.radius_m, particle.yaw_rad);

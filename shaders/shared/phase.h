@@ -39,6 +39,20 @@ NEPHELE_FN float phase_mean_cosine(uint phase_function, float g) {
   return phase_function == kPhaseCornetteShanks ? cornette_shanks_mean_cosine(g) : g;
 }
 
+// Legendre moments: the mean of P_l over the phase function. Cornette and Shanks's is Henyey and Greenstein's times
+// 3 (1 + mu^2) / (2 (2 + g^2)), and mu P_l = ((l + 1) P_(l + 1) + l P_(l - 1)) / (2 l + 1).
+NEPHELE_FN float henyey_greenstein_moment_times_mu(int l, float g) {
+  float below = l > 0 ? float(l) * pow(g, float(l - 1)) : 0.0f;
+  return (float(l + 1) * pow(g, float(l + 1)) + below) / float(2 * l + 1);
+}
+NEPHELE_FN float phase_moment(uint phase_function, int l, float g) {
+  float own = l > 0 ? pow(g, float(l)) : 1.0f;
+  if (phase_function != kPhaseCornetteShanks) return own;
+  float below = l > 0 ? float(l) * henyey_greenstein_moment_times_mu(l - 1, g) : 0.0f;
+  float squared = (float(l + 1) * henyey_greenstein_moment_times_mu(l + 1, g) + below) / float(2 * l + 1);
+  return 1.5f * (own + squared) / (2.0f + g * g);
+}
+
 NEPHELE_SHARED_END
 
 #endif

@@ -26,6 +26,8 @@ NEPHELE_FN uint ring_lattice(CloudField field, uint ring) {
 }
 NEPHELE_FN float ring_cell_m(CloudField field, uint ring) { return lattice_cell_m(ring_lattice(field, ring)); }
 
+NEPHELE_FN uint last_ring(CloudField field) { return field.first_ring + field.ring_count - 1u; }
+
 NEPHELE_FN uint grid_cell_count(CloudField field) {
   return field.ring_count * field.ring_size_cells * field.ring_size_cells;
 }
@@ -40,8 +42,9 @@ NEPHELE_FN ivec2 ring_corner(CloudField field, uint ring) {
 NEPHELE_FN GridCell grid_cell(CloudField field, uint cell) {
   uint side = field.ring_size_cells;
   GridCell result;
-  result.ring = cell / (side * side);
-  uint in_ring = cell - result.ring * side * side;
+  uint rings_before = cell / (side * side);
+  result.ring = field.first_ring + rings_before;
+  uint in_ring = cell - rings_before * side * side;
   uint row = in_ring / side;
   result.index = ring_corner(field, result.ring) + ivec2(int(in_ring - row * side), int(row));
   result.size_m = ring_cell_m(field, result.ring);
@@ -54,7 +57,7 @@ NEPHELE_FN uint grid_cell_at(CloudField field, uint ring, vec2 p_grid_m) {
   ivec2 at = ivec2(floor(lattice_position(p_grid_m, ring_lattice(field, ring)))) - ring_corner(field, ring);
   int side = int(field.ring_size_cells);
   if (at.x < 0 || at.y < 0 || at.x >= side || at.y >= side) return kNoCell;
-  return (ring * field.ring_size_cells + uint(at.y)) * field.ring_size_cells + uint(at.x);
+  return ((ring - field.first_ring) * field.ring_size_cells + uint(at.y)) * field.ring_size_cells + uint(at.x);
 }
 
 // Distance at which a ring has faded out: every nearer cell centre lies inside it wherever the camera is in its cell.
@@ -70,7 +73,7 @@ NEPHELE_FN float ring_presence(CloudField field, uint ring, float distance_m) {
 
 // How far clouds are drawn: the view distance, or the last ring's reach.
 NEPHELE_FN float cloud_reach_m(CloudField field) {
-  return min(field.view_distance_m, ring_reach_m(field, field.ring_count - 1u));
+  return min(field.view_distance_m, ring_reach_m(field, last_ring(field)));
 }
 
 // Share of a ring in the optical depth at a horizontal distance. Over all rings the shares sum to 1, and to the fade
@@ -78,8 +81,8 @@ NEPHELE_FN float cloud_reach_m(CloudField field) {
 NEPHELE_FN float lod_weight(CloudField field, uint ring, float distance_m) {
   float reach = max(cloud_reach_m(field), 1e-3f);
   float fade = saturate((reach - distance_m) / (kViewFade * reach));
-  float inner = ring > 0u ? ring_presence(field, ring - 1u, distance_m) : 0.0f;
-  float outer = ring + 1u < field.ring_count ? ring_presence(field, ring, distance_m) : 1.0f;
+  float inner = ring > field.first_ring ? ring_presence(field, ring - 1u, distance_m) : 0.0f;
+  float outer = ring < last_ring(field) ? ring_presence(field, ring, distance_m) : 1.0f;
   return fade * (outer - inner);
 }
 
@@ -102,8 +105,8 @@ NEPHELE_FN bool cell_may_show(CloudField field, GridCell cell) {
   float distance_m = sqrt(dx * dx + dy * dy);
   float way_m = 0.75f * finest_m;  // half the finest cell's diagonal, and rounding
   if (distance_m - way_m >= cloud_reach_m(field)) return false;
-  if (cell.ring + 1u < field.ring_count && ring_presence(field, cell.ring, distance_m - way_m) <= 0.0f) return false;
-  return cell.ring == 0u || ring_presence(field, cell.ring - 1u, distance_m + way_m) < 1.0f;
+  if (cell.ring < last_ring(field) && ring_presence(field, cell.ring, distance_m - way_m) <= 0.0f) return false;
+  return cell.ring == field.first_ring || ring_presence(field, cell.ring - 1u, distance_m + way_m) < 1.0f;
 }
 
 // Cells sorted by distance, coarsely: what finds no room in a buffer is left out from the last bin on.

@@ -27,13 +27,14 @@ struct FrameConstants {
   // What all clouds of the scene together are (passes/sources/cloud_source.h)
   float view_distance_m;  // of the source that reaches farthest
   float clouds_top_m;     // altitude above which there is none
-  float ground_cover;     // share of the ground in their shadow under an overhead sun
   float phase_g;          // asymmetry of the phase function
   uint phase_function;    // 0 Henyey-Greenstein, 1 Cornette-Shanks
   // Light space: light_from_render * p_render = (u, v) across and w towards the sun, metres (light.h)
   mat3 light_from_render;
   uint host_scene;       // 1: a host has drawn what stands behind the clouds
   uint culling_enabled;  // 0: every particle counts as visible
+  uint detail_enabled;   // 0: particles have no fine noise at their edges
+  float light_unit;      // of radiance in the light field (light_field_unit())
 };
 
 // Particle.flags
@@ -56,14 +57,12 @@ struct Particle {
   uint id;               // hash of its cell and slot: breaks ties, seeds noise
 };
 
-// Light at one visible particle (same index as the visible list).
+// Sunlight at one visible particle (same index as the visible list).
 struct ParticleLight {
   vec3 sun_irradiance;      // after the atmosphere, before any cloud
   float tau_sun;            // optical depth towards the sun through the other particles, at the centre
   vec3 tau_gradient_per_m;  // of that depth, for a linear variation inside the particle (clamped when used)
-  float tau_near;  // of tau_sun, what belongs to the cloud around: weighted by kColumnReachM and by how enclosed it is
-  float tau_behind;  // the same on the side away from the sun
-  vec3 openness;  // render space: towards where there is less cloud, at most 0.87 long; 0 amid cloud and in clear air
+  float own_depth;          // 1: the two above are known; 0: they are not, and the light field's depth counts
 };
 
 // Everything that shading one visible particle needs, in drawing order. *Reference space* is the unit space of the
@@ -77,16 +76,14 @@ struct DrawParticle {
   float optical_radius;     // of the homogeneous sphere that has this particle's mean density
   vec3 tau_gradient_per_m;  // render space
   float tau_sun;
-  vec3 sky_up_radiance;  // mean radiance of the sky above
+  vec3 ambient_radiance;  // of sky and ground, where light comes from tables
   float base_m;
-  vec3 sky_down_radiance;  // mean radiance of air and ground below
-  float sky_share;         // of light from above, at the centre (cloud_light.h)
   vec3 radiance_per_sr;
   uint flags;
-  float tau_near;  // as in ParticleLight
-  float tau_behind;
-  float sky_share_per_m;  // its change with the altitude
-  float outward;          // factor of diffuse sunlight towards the eye (cloud_light.h)
+  vec3 field_place;       // of the centre in the light field's volume, unit coordinates
+  float own_depth_share;  // of the depth towards the sun by tau_sun and the particle itself; the rest by the field
+  vec2 field_per_m;       // unit coordinates a metre across and up
+  vec2 unused;
 };
 
 // What one source of clouds has put into the particle buffer, and what passes may assume about its clouds.
@@ -107,7 +104,7 @@ struct FrameCounters {
   uint tile_pair_demand;  // (light tile, particle) pairs
   uint tile_pair_count;
   uint pairs_shaded;        // (pixel, particle) pairs that the tiled backend shaded
-  uvec3 particle_groups;    // indirect dispatch: ceil(particle_count / 64), 1, 1
+  uvec3 particle_groups;    // indirect dispatch: ceil(particle_count / 64), y and z as the frame began
   uvec3 visible_groups;     // indirect dispatch: ceil(visible_count / 64), 1, 1
   uvec3 tile_pair_groups;   // indirect dispatch over tile_pair_count (kit/pair_dispatch.glsl)
   uvec4 draw;               // indirect draw: 6 * visible_count vertices, 1 instance
@@ -121,7 +118,7 @@ NEPHELE_SHARED_END
 
 #ifdef __cplusplus
 static_assert(sizeof(nephele::shared::Particle) == 64);
-static_assert(sizeof(nephele::shared::ParticleLight) == 48);
+static_assert(sizeof(nephele::shared::ParticleLight) == 32);
 static_assert(sizeof(nephele::shared::DrawParticle) == 160);
 static_assert(sizeof(nephele::shared::SourceRecord) == 28);
 #endif

@@ -23,7 +23,7 @@ void main() {
     records[constants.source].groups = uvec3((count + 63u) / 64u, 1u, 1u);
     const uint all = records[constants.source].first + count;
     counters.particle_count = all;
-    counters.particle_groups = uvec3((all + 63u) / 64u, 1u, 1u);
+    counters.particle_groups.x = (all + 63u) / 64u;
   }
   if (i >= cells) return;
   const uint end = min(cell_first[i + 1u], constants.capacity);

@@ -23,5 +23,5 @@ void main() {
   records[source].groups = uvec3((count + 63u) / 64u, 1u, 1u);
   counters.particle_count = first + count;
   counters.particle_demand += demand;
-  counters.particle_groups = uvec3((first + count + 63u) / 64u, 1u, 1u);
+  counters.particle_groups.x = (first + count + 63u) / 64u;
 }

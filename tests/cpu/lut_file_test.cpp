@@ -104,7 +104,7 @@ TEST_CASE("tables are baked once, then read back bit for bit") {
   const Result<Tables> baked = load_or_bake(tiny(), dir.path(), count, warn);
   REQUIRE(baked);
   CHECK(progress_calls > 0);
-  CHECK(dir.entries().size() == 4);  // two .npy, two .json, nothing temporary
+  CHECK(dir.entries().size() == 6);  // three .npy, three .json, nothing temporary
   const auto refuse = [](const std::string&, double) { FAIL_CHECK("baked again"); };
   const Result<Tables> loaded = load_or_bake(tiny(), dir.path(), refuse, warn);
   REQUIRE(loaded);
@@ -112,13 +112,14 @@ TEST_CASE("tables are baked once, then read back bit for bit") {
   CHECK(loaded->optical_depth.array.data == baked->optical_depth.array.data);
   CHECK(loaded->multiple_scattering.array.data == baked->multiple_scattering.array.data);
   CHECK(loaded->multiple_scattering.metadata == baked->multiple_scattering.metadata);
+  CHECK(loaded->near_beam.array.data == baked->near_beam.array.data);
   CHECK(loaded->mean_fill == baked->mean_fill);
   CHECK(loaded->mean_fill == doctest::Approx(0.3).epsilon(0.05));
 
   TableParameters other = tiny();
   other.g_multiple = 0.5;
   REQUIRE(load_or_bake(other, dir.path(), {}, warn));
-  CHECK(dir.entries().size() == 6);  // the optical depth does not depend on g
+  CHECK(dir.entries().size() == 10);  // the optical depth does not depend on g
 }
 
 TEST_CASE("damaged and foreign cache files are reported by name and baked again") {
@@ -214,6 +215,6 @@ TEST_CASE("a cache directory that cannot be written costs a warning, not the tab
   const Result<Tables> tables = load_or_bake(tiny(), std::filesystem::path(dir / "file") / "cache", {},
                                              [&](const std::string& line) { warnings.push_back(line); });
   REQUIRE(tables);
-  CHECK(warnings.size() == 2);
+  CHECK(warnings.size() == 3);
   CHECK(tables->multiple_scattering.width() == 4);
 }

@@ -18,7 +18,8 @@ TEST_CASE("settings: each member of RenderSettings can be reached through the te
     REQUIRE(set_from_text(setting, changed, changed_text(setting), setting.key));
   // Stops compiling when RenderSettings gets a member, so that it is compared here too.
   const auto& [width, height, quality, scale, full_layer, reuse, backend, blend, culling, method, march_steps,
-               ring_size_cells, layer_count, crown_factor] = changed;
+               ring_size_cells, layer_count, crown_factor, light, detail, light_side_cells, light_height_cells,
+               light_cell_m, light_sweeps] = changed;
   const RenderSettings usual;
   CHECK(width != usual.width);
   CHECK(height != usual.height);
@@ -34,6 +35,12 @@ TEST_CASE("settings: each member of RenderSettings can be reached through the te
   CHECK(ring_size_cells != usual.ring_size_cells);
   CHECK(layer_count != usual.layer_count);
   CHECK(crown_factor != usual.crown_factor);
+  CHECK(light != usual.light);
+  CHECK(detail != usual.detail);
+  CHECK(light_side_cells != usual.light_side_cells);
+  CHECK(light_height_cells != usual.light_height_cells);
+  CHECK(light_cell_m != usual.light_cell_m);
+  CHECK(light_sweeps != usual.light_sweeps);
 }
 
 TEST_CASE("settings: a setting changes its own value alone") {

@@ -7,6 +7,7 @@
 #include "engine/kernel.h"
 #include "nephele_shaders.h"
 #include "shared/field_constants.h"
+#include "shared/light_lattice.h"
 #include "shared/listed_particles.h"
 #include "shared/types.h"
 
@@ -55,12 +56,13 @@ TEST_CASE("FrameConstants") {
                 MEMBER(FrameConstants, ground_enabled),
                 MEMBER(FrameConstants, view_distance_m),
                 MEMBER(FrameConstants, clouds_top_m),
-                MEMBER(FrameConstants, ground_cover),
                 MEMBER(FrameConstants, phase_g),
                 MEMBER(FrameConstants, phase_function),
                 MEMBER(FrameConstants, light_from_render),
                 MEMBER(FrameConstants, host_scene),
-                MEMBER(FrameConstants, culling_enabled)});
+                MEMBER(FrameConstants, culling_enabled),
+                MEMBER(FrameConstants, detail_enabled),
+                MEMBER(FrameConstants, light_unit)});
 }
 
 TEST_CASE("Particle") {
@@ -72,10 +74,9 @@ TEST_CASE("Particle") {
 }
 
 TEST_CASE("ParticleLight") {
-  check_layout(
-      shaders::occlusion_comp, "ParticleLight",
-      {MEMBER(ParticleLight, sun_irradiance), MEMBER(ParticleLight, tau_sun), MEMBER(ParticleLight, tau_gradient_per_m),
-       MEMBER(ParticleLight, tau_near), MEMBER(ParticleLight, tau_behind), MEMBER(ParticleLight, openness)});
+  check_layout(shaders::occlusion_comp, "ParticleLight",
+               {MEMBER(ParticleLight, sun_irradiance), MEMBER(ParticleLight, tau_sun),
+                MEMBER(ParticleLight, tau_gradient_per_m), MEMBER(ParticleLight, own_depth)});
 }
 
 TEST_CASE("DrawParticle") {
@@ -84,10 +85,25 @@ TEST_CASE("DrawParticle") {
       {MEMBER(DrawParticle, reference_from_render), MEMBER(DrawParticle, center_m),
        MEMBER(DrawParticle, light_direction), MEMBER(DrawParticle, extinction_per_m),
        MEMBER(DrawParticle, sun_irradiance), MEMBER(DrawParticle, optical_radius),
-       MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, sky_up_radiance),
-       MEMBER(DrawParticle, base_m), MEMBER(DrawParticle, sky_down_radiance), MEMBER(DrawParticle, sky_share),
-       MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, flags), MEMBER(DrawParticle, tau_near),
-       MEMBER(DrawParticle, tau_behind), MEMBER(DrawParticle, sky_share_per_m), MEMBER(DrawParticle, outward)});
+       MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, ambient_radiance),
+       MEMBER(DrawParticle, base_m), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, flags),
+       MEMBER(DrawParticle, field_place), MEMBER(DrawParticle, own_depth_share), MEMBER(DrawParticle, field_per_m),
+       MEMBER(DrawParticle, unused)});
+}
+
+TEST_CASE("LightLattice and what is in it") {
+  check_layout(shaders::light_depth_comp, "LightLattice",
+               {MEMBER(LightLattice, levels), MEMBER(LightLattice, level_count), MEMBER(LightLattice, side),
+                MEMBER(LightLattice, height), MEMBER(LightLattice, lowest_m), MEMBER(LightLattice, layer_m),
+                MEMBER(LightLattice, sun_direction), MEMBER(LightLattice, beam_way_m), MEMBER(LightLattice, moment1),
+                MEMBER(LightLattice, moment2), MEMBER(LightLattice, forward), MEMBER(LightLattice, scaled_asymmetry)});
+  check_layout(shaders::light_depth_comp, "LightLevel",
+               {MEMBER(LightLevel, corner_m), MEMBER(LightLevel, cell_m), MEMBER(LightLevel, reach_m),
+                MEMBER(LightLevel, extinction_plane), MEMBER(LightLevel, radiance_plane)});
+  check_layout(
+      shaders::light_lines_comp, "LightPair",
+      {MEMBER(LightPair, direction), MEMBER(LightPair, length_m), MEMBER(LightPair, count), MEMBER(LightPair, stride),
+       MEMBER(LightPair, slope), MEMBER(LightPair, reversed), MEMBER(LightPair, axis)});
 }
 
 TEST_CASE("FrameCounters") {
@@ -109,13 +125,13 @@ TEST_CASE("SourceRecord") {
 }
 
 TEST_CASE("CloudField and what lies around it") {
-  check_layout(
-      shaders::particles_comp, "CloudField",
-      {MEMBER(CloudField, origin_index), MEMBER(CloudField, camera_cell), MEMBER(CloudField, growth_turns),
-       MEMBER(CloudField, seed), MEMBER(CloudField, coverage), MEMBER(CloudField, base_m),
-       MEMBER(CloudField, thickness_m), MEMBER(CloudField, extinction_per_m), MEMBER(CloudField, view_distance_m),
-       MEMBER(CloudField, ring_count), MEMBER(CloudField, ring_size_cells), MEMBER(CloudField, layer_count),
-       MEMBER(CloudField, inner_cell_m), MEMBER(CloudField, crown_per_cell), MEMBER(CloudField, weather)});
+  check_layout(shaders::particles_comp, "CloudField",
+               {MEMBER(CloudField, origin_index), MEMBER(CloudField, camera_cell), MEMBER(CloudField, growth_turns),
+                MEMBER(CloudField, seed), MEMBER(CloudField, coverage), MEMBER(CloudField, base_m),
+                MEMBER(CloudField, thickness_m), MEMBER(CloudField, extinction_per_m),
+                MEMBER(CloudField, view_distance_m), MEMBER(CloudField, first_ring), MEMBER(CloudField, ring_count),
+                MEMBER(CloudField, ring_size_cells), MEMBER(CloudField, layer_count), MEMBER(CloudField, inner_cell_m),
+                MEMBER(CloudField, crown_per_cell), MEMBER(CloudField, weather)});
   check_layout(shaders::particles_comp, "WeatherPlacement",
                {MEMBER(WeatherPlacement, size), MEMBER(WeatherPlacement, base), MEMBER(WeatherPlacement, offset),
                 MEMBER(WeatherPlacement, per_m)});
@@ -139,7 +155,7 @@ TEST_CASE("PlacedParticle") {
 
 TEST_CASE("reflection tells bindings and their direction") {
   const Reflection reflection = reflect(shaders::prepare_draw_comp);
-  REQUIRE(reflection.bindings.size() == 9);
+  REQUIRE(reflection.bindings.size() == 11);
   CHECK(reflection.bindings[0].type == VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
   CHECK(reflection.bindings[1].type == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
   CHECK((reflection.bindings[2].reads && !reflection.bindings[2].writes));
@@ -150,9 +166,14 @@ TEST_CASE("reflection tells bindings and their direction") {
 }
 
 TEST_CASE("input attachments and storage images are told apart") {
+  const auto at = [](const Reflection& reflection, std::uint32_t binding) {
+    for (const ReflectedBinding& own : reflection.bindings)
+      if (own.binding == binding) return own;
+    return ReflectedBinding{};
+  };
   const Reflection attachment = reflect(shaders::cloud_frag_attachment);
-  CHECK(attachment.bindings[7].type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT);
+  CHECK(at(attachment, 7).type == VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT);
   const Reflection interlock = reflect(shaders::cloud_frag_interlock);
-  CHECK(interlock.bindings[7].type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
-  CHECK((interlock.bindings[7].reads && interlock.bindings[7].writes));
+  CHECK(at(interlock, 7).type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
+  CHECK((at(interlock, 7).reads && at(interlock, 7).writes));
 }

@@ -82,8 +82,9 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
   scene.clouds->coverage = 0.6f;
   scene.clouds->view_distance_m = 30000.0f;
   scene.sun.elevation_rad = 0.3;
-  Scene anywhere =
-      scene;  // a listed particle may be at any height, so every ray goes on to its end; this one nobody sees
+  // A listed particle may be at any height, so every ray goes on to its end. Nobody sees this one, and by tables
+  // nothing else sees it either.
+  Scene anywhere = scene;
   anywhere.particles.push_back({.center_m = {0.0, 0.0, 60000.0}, .radius_m = glm::vec3(0.01f), .density = 1e-6f});
   for (const double pitch_rad : {-0.3, 0.1, 0.6}) {
     for (const double altitude_m : {300.0, 6000.0}) {
@@ -93,7 +94,8 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
       scene.camera.pitch_rad = pitch_rad;
       std::vector<float> pictures[2];
       for (const Scene* of : {&scene, &anywhere}) {
-        auto renderer = Renderer::create(test::test_sky(), *of, {.width = 96, .height = 54, .quality = Quality::low});
+        auto renderer = Renderer::create(test::test_sky(), *of,
+                                         {.width = 96, .height = 54, .quality = Quality::low, .light = Light::tables});
         REQUIRE_MESSAGE(renderer, renderer.error().message);
         (*renderer)->render(scene.camera, 0.0);
         pictures[of == &anywhere] = (*renderer)->read_hdr();
@@ -104,8 +106,8 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
           sum += pictures[1][i + c];
           worst = std::max<double>(worst, std::abs(pictures[0][i + c] - pictures[1][i + c]));
         }
-      CHECK(worst <
-            0.005 * sum / (3.0 * 96 * 54));  // pixels between a ray that sinks into the ground and one that does not
+      // Pixels between a ray that sinks into the ground and one that does not.
+      CHECK(worst < 0.005 * sum / (3.0 * 96 * 54));
     }
   }
 }

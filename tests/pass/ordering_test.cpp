@@ -38,8 +38,7 @@ std::vector<CreatedPipeline> pipelines_of(Backend backend) {
   created_pipelines.clear();
   Kernels kernels(test_device());  // with no pipeline made before
   Workshop make(kernels);
-  const GpuTables tables(test_device(), blank_tables());
-  const RasterBlend blend(make, tables, backend, 16, 16);
+  const RasterBlend blend(make, backend, 16, 16, false);
   return created_pipelines;
 }
 

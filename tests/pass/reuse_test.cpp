@@ -36,7 +36,7 @@ bool same_frame(Renderer& a, Renderer& b) {
 std::size_t steps_named(const Renderer& renderer, const std::string& pass) {
   const std::string plan = renderer.describe_frame();
   std::size_t count = 0;
-  const std::string begin = pass + ':';
+  const std::string begin = '\n' + pass + ':';
   for (std::size_t at = plan.find(begin); at != std::string::npos; at = plan.find(begin, at + 1)) ++count;
   return count;
 }

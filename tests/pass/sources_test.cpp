@@ -231,8 +231,6 @@ TEST_CASE("what sources say of their extent holds for their particles") {
   }
   const CloudExtent all = pass.extent();
   CHECK(all.lowest_m == 750.0f);  // of the set, whose base is at 450 m over its place
-  CHECK(all.ground_cover == doctest::Approx(1 - 0.55 * 0.55));
-  CHECK(united({1, 2, 0}, {0, 5, 0.45f}).ground_cover == 0.45f);
 }
 
 TEST_CASE("a renderer shows all sources and tells of each") {

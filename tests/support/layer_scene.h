@@ -13,9 +13,10 @@
 
 #include "engine/camera.h"
 #include "passes/layer/cloud_layer.h"
-#include "passes/layer/detail_noise.h"
+#include "passes/layer/shading_volumes.h"
 #include "shared/ellipsoid.h"
 #include "shared/flat_base.h"
+#include "shared/light_lattice.h"
 #include "shared/screen_bounds.h"
 #include "tests/support/blend_oracle.h"
 #include "tests/support/test_device.h"
@@ -29,6 +30,8 @@ inline Tables blank_tables() {
   tables.optical_depth.array = {ElementType::float16, {16, 4, 4, 2}, std::vector<std::byte>(4 * 256)};
   tables.multiple_scattering.name = "multiple_scattering";
   tables.multiple_scattering.array = {ElementType::float16, {1, 1, 1, 4}, std::vector<std::byte>(8)};
+  tables.near_beam.name = "near_beam";
+  tables.near_beam.array = {ElementType::float16, {1, 1, 1, 1}, std::vector<std::byte>(2)};
   tables.mean_fill = 0.3f;
   return tables;
 }
@@ -101,6 +104,8 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
       counters(device, "counters", sizeof(shared::FrameCounters)),
       records(device, "source_records", sizeof(shared::SourceRecord));
   Image sky(device, "sky", {VK_FORMAT_R32G32B32A32_SFLOAT, 1, 1});
+  const Image no_radiance(device, "no_radiance", {.force_3d = true});
+  const Buffer no_lattice(device, "no_lattice", sizeof(shared::LightLattice));
   shared::FrameConstants values = layer_constants(camera, size);
   values.host_scene = scene_m != nullptr;
   constants.write_vector(std::vector{values});
@@ -119,15 +124,25 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
   counts.draw = {6 * count, 1, 0, 0};
 
   Workshop make(test_kernels());
-  const DetailNoise noise(test_kernels());
-  CloudLayer layer(make, tables, {size.width, size.height, 1}, backend, blend, room, march_steps);
+  const ShadingVolumes volumes(test_kernels(), TableParameters{}.particle_seed);
+  CloudLayer layer(make, tables, {size.width, size.height, 1}, backend, blend, room, Light::tables, march_steps);
   FrameExecutor executor(device);
   Layer result{std::vector<glm::vec4>(size.width * size.height), std::vector<float>(size.width * size.height)};
   result.shade_ms = 1e30;
   for (int run = 0; run < runs; ++run) {
     counters.write_vector(std::vector{counts});
     FrameBuilder frame(device);
-    layer.add(frame, {constants, particle_buffer, visible, order, lights, counters, records, sky, noise.image(), host});
+    layer.add(frame, {constants,
+                      particle_buffer,
+                      visible,
+                      order,
+                      lights,
+                      counters,
+                      records,
+                      sky,
+                      {tables, volumes, no_radiance},
+                      no_lattice,
+                      host});
     executor.run(frame);
     double ms = 0;
     for (const PassTime& pass : executor.pass_times())

@@ -16,6 +16,7 @@ struct ProbeRay {
 
 const uint kProbeSingle = 0u;
 const uint kProbeMultiple = 1u;
+const uint kProbeNearBeam = 3u;  // at optical_radius as the depth towards the sun
 
 layout(scalar, set = 0, binding = 0) readonly buffer Rays { ProbeRay rays[]; };
 // Radiance per unit irradiance, per sr; or mean extinction / peak and the fraction of the chord before the first
@@ -23,6 +24,7 @@ layout(scalar, set = 0, binding = 0) readonly buffer Rays { ProbeRay rays[]; };
 layout(scalar, set = 0, binding = 1) writeonly buffer Values { vec2 values[]; };
 layout(set = 0, binding = 2) uniform sampler3D optical_depth_table;
 layout(set = 0, binding = 3) uniform sampler3D multiple_scattering_table;
+layout(set = 0, binding = 4) uniform sampler2D near_beam_table;
 
 layout(push_constant, scalar) uniform Push {
   uint count;
@@ -44,6 +46,8 @@ void main() {
     values[i] = vec2(phase * single_scattering(c, h, mu, ray.optical_radius), 0.0);
   } else if (push.quantity == kProbeMultiple) {
     values[i] = vec2(fetch_multiple(multiple_scattering_table, c, h, mu, ray.optical_radius, push.g), 0.0);
+  } else if (push.quantity == kProbeNearBeam) {
+    values[i] = vec2(fetch_near_beam(near_beam_table, ray.optical_radius, mu), 0.0);
   } else {
     vec3 exit = normalize(ray.entry + 2.0 * h * ray.direction);
     values[i] = fetch_optical_depth(optical_depth_table, ray.entry, exit);

@@ -1,5 +1,5 @@
 // The reference particle's density on a lattice of the cube around its sphere, first and last vertices on the faces:
-// what the ray marcher samples.
+// what the ray marcher samples, and shading where the eye is inside.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/reference_particle.h"
