@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Measures the frame on this machine and writes the figures of docs/figures.md and docs/light.md: variants in turn,
-# medians of two rounds of four frames.
+# medians of three rounds of four frames.
 #   tools/figures.sh [--device NAME_OR_INDEX]
 #   tools/figures.sh --write DIR     only writes, from statistics in DIR that an earlier run with KEEP=DIR has left
 set -euo pipefail
@@ -12,7 +12,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 work=${KEEP:-$scratch}
 scene=tools/scenes/fair_weather.json
-rounds=2
+rounds=3
 
 # All variants in turn, so that a machine that drifts hurts all alike; a figure is the median of the rounds'.
 measure() {  # name arguments...
