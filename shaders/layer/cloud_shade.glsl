@@ -129,7 +129,10 @@ vec2 fetch_matter(vec3 entry, vec3 exit) {
 #endif
 }
 
-const uint kInsideSamples = 12u;  // of the density in a particle that the eye is in
+// Samples of the density along a chord of which the eye or a base hides a part. From within they show the noise between
+// the eye and the far side at its true size; three more than three along a cut chord took overcast skies' relMSE from
+// .0151 to .0141 and a tenth more of the layer's time.
+const uint kInsideSamples = 12u, kCutSamples = 3u;
 
 // The particle's visible segment along the ray up to limit_m; false when there is none.
 bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegment segment) {
@@ -158,20 +161,23 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   near_m = max(near_m, matter_near);
   float thinning = 1.0;
   if (far_m <= near_m || density <= 0.0) return false;
-  if (chord_near < 0.0 || far_m < chord_far) {  // from within, or cut by what stands behind
-    vec3 at = (vec3(matter_near, near_m, far_m) - (along + mid)) * length(step);
-    density = tau_chord * chord_share(at.x, at.y, at.z, h * h, p.flags) / (far_m - near_m);
-    // From within, the noise between the eye and the far side is seen at its true size. (A loop of no round where the
-    // eye is outside: a CPU leaves it out for eight threads.)
-    const uint samples = chord_near < 0.0 && !homogeneous ? kInsideSamples : 0u;
-    float sum = 0.0;
-    for (uint i = 0u; i < samples; ++i)
-      sum += density_in_particle(start + step * (mix(near_m, far_m, (float(i) + 0.5) / float(kInsideSamples)) - along));
-    density = samples > 0u ? p.extinction_per_m * sum / float(kInsideSamples) : density;
-    if (density <= 0.0) return false;
-  }
   if (has_base(p.base_m) && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
-  density *= thinning;
+  if (homogeneous) {
+    density *= thinning;
+  } else {
+    // A chord of which a part is hidden has not that part's share of its matter: what is left is measured. (A loop of
+    // no round where the whole chord is seen: a CPU leaves it out for eight threads.)
+    const bool whole = chord_near >= 0.0 && far_m >= chord_far && thinning >= 1.0;
+    const uint samples = whole ? 0u : (chord_near < 0.0 ? kInsideSamples : kCutSamples);
+    float sum = 0.0;
+    for (uint i = 0u; i < samples; ++i) {
+      const float at_m = mix(near_m, far_m, (float(i) + 0.5) / float(samples));
+      const float above_base_m = altitude_m(direction * at_m, frame.camera_grid_m.z) - p.base_m;
+      sum += base_fade(above_base_m) * density_in_particle(start + step * (at_m - along));
+    }
+    density = whole ? density : p.extinction_per_m * sum / float(samples);
+  }
+  if (density <= 0.0) return false;
 
   float relief = 1.0;
   if ((p.flags & kParticleDetail) != 0u) {

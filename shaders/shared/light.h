@@ -204,15 +204,6 @@ NEPHELE_FN float profile_integral(float s, float h2, uint flags) {
   return (flags & kParticleHomogeneous) != 0u ? s : s * (kProfile1 * i1 + kProfile2 * i2);
 }
 
-// Share of a chord's optical depth that lies between two signed distances from the chord's middle, from <= to, both
-// within the unit sphere, where its matter begins at first < sqrt(h2): by the mean profile, as all that is known of one
-// chord.
-NEPHELE_FN float chord_share(float first, float from, float to, float h2, uint flags) {
-  float all = profile_integral(sqrt(h2), h2, flags) - profile_integral(first, h2, flags);
-  float part = profile_integral(to, h2, flags) - profile_integral(max(from, first), h2, flags);
-  return all > 0.0f ? clamp(part / all, 0.0f, 1.0f) : 0.0f;
-}
-
 // The part of a particle's chord along a sun ray that lies beyond a point and above the flat base: from `begin` to
 // `end` along w in units of half_m, measured from the chord's middle; h2 as for profile_integral. Empty when nothing
 // of the particle lies between the point and the sun.

@@ -222,47 +222,6 @@ TEST_CASE("the profile stands for the real reference particle") {
   CHECK(fill / weight == doctest::Approx(real_fill / weight).epsilon(0.04));
 }
 
-TEST_CASE("what an eye inside a particle sees of its chord is nearer the truth by the profile than by length") {
-  // Rays through random points inside, optical radius 8: transmittance of the part ahead, by quadrature of the density.
-  std::mt19937 random(31);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  const nephele::TableParameters parameters;
-  constexpr double kOpticalRadius = 8.0;
-  constexpr int kSteps = 400;
-  double by_length = 0.0, by_profile = 0.0;
-  int rays = 0;
-  while (rays < 3000) {
-    const dvec3 eye(unit(random), unit(random), unit(random));
-    const dvec3 direction = normalize(dvec3(unit(random), unit(random), unit(random)));
-    if (dot(eye, eye) >= 1.0) continue;
-    const double middle = -dot(eye, direction), h2 = 1.0 - dot(eye, eye) + middle * middle, reach = std::sqrt(h2);
-    double all = 0.0, ahead = 0.0, first = reach;
-    for (int i = 0; i < kSteps; ++i) {
-      const double s = ((i + 0.5) / kSteps * 2.0 - 1.0) * reach;
-      const double density = reference_particle_density(vec3(eye + (middle + s) * direction), parameters.particle_seed);
-      if (density > kFirstMatterDensity) first = std::min(first, s);
-      all += density * 2.0 * reach / kSteps;
-      if (s > -middle) ahead += density * 2.0 * reach / kSteps;
-    }
-    if (first >= reach) continue;
-    ++rays;
-    const double from = std::max(-middle, first);
-    const double length_share = (reach - from) / (reach - first);
-    const double profile_share = chord_share(float(first), float(from), float(reach), float(h2), 0u);
-    const double truth = std::exp(-kOpticalRadius * ahead);
-    by_length += std::pow(std::exp(-kOpticalRadius * all * length_share) - truth, 2);
-    by_profile += std::pow(std::exp(-kOpticalRadius * all * profile_share) - truth, 2);
-  }
-  by_length = std::sqrt(by_length / rays);
-  by_profile = std::sqrt(by_profile / rays);
-  MESSAGE("RMS error of the transmittance: ", by_profile, " by the profile, ", by_length, " by length");
-  CHECK(by_profile < 0.75 * by_length);
-  CHECK(chord_share(-0.5f, -0.5f, 0.8f, 0.64f, 0u) == doctest::Approx(1.0));
-  CHECK(chord_share(-0.8f, 0.0f, 0.8f, 0.64f, 0u) == doctest::Approx(0.5));
-  CHECK(chord_share(-0.8f, 0.2f, 0.6f, 0.64f, kParticleHomogeneous) == doctest::Approx(0.25));
-  CHECK(chord_share(-0.8f, 0.3f, 0.3f, 0.64f, 0u) == 0.0f);
-}
-
 TEST_CASE("tetrahedron corners are balanced and isotropic") {
   dvec3 sum(0.0);
   dmat3 outer(0.0);

@@ -89,12 +89,14 @@ inline std::vector<std::uint32_t> draw_order(const std::vector<shared::Particle>
   return order;
 }
 
-// scene_m: distance of a host's scene in every pixel, if there is one. march_steps > 0: by the ray marcher.
+// scene_m: distance of a host's scene in every pixel, if there is one. march_steps > 0: by the ray marcher. baked:
+// needed by particles that are not homogeneous, unless they are marched.
 inline Layer draw_layer(const std::vector<shared::Particle>& particles, const CameraState& camera, Backend backend,
                         BlendMode blend = BlendMode::volume, LayerSize size = {}, int runs = 1,
-                        const std::vector<float>* scene_m = nullptr, std::uint32_t march_steps = 0) {
+                        const std::vector<float>* scene_m = nullptr, std::uint32_t march_steps = 0,
+                        const Tables* baked = nullptr) {
   Device& device = test_device();
-  const GpuTables tables(device, blank_tables());
+  const GpuTables tables(device, baked ? *baked : blank_tables());
   const std::uint32_t count = static_cast<std::uint32_t>(particles.size());
   const std::uint32_t room = std::max(1u, count);
   Buffer constants(device, "constants", sizeof(shared::FrameConstants)),
