@@ -76,6 +76,7 @@ struct FramePasses::Clouds {
   const Image* no_radiance;
   const Buffer* no_lattice;
   const Buffer* all_particles = nullptr;  // of the last frame
+  bool has_air = false;                   // in the last frame
 };
 
 struct FramePasses::Passes {
@@ -130,6 +131,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
                              CompositeInputs& composite, std::uint32_t slot) {
   Clouds& c = *passes_->clouds;
   const Image* transmittance = constants.atmosphere_enabled ? &passes_->atmosphere.tables().transmittance : nullptr;
+  c.has_air = constants.atmosphere_enabled;
   const CloudParticles::Outputs particles = c.particles.add(frame, passes_->constants, view);
   c.all_particles = &particles.particles;
   const LightTileLists tiles = c.light_tiles.add(frame, passes_->constants, particles.particles, particles.counters);
@@ -198,6 +200,23 @@ std::vector<shared::Particle> FramePasses::read_particles(std::uint32_t slot) co
   if (!passes_->clouds || !passes_->clouds->all_particles) return {};
   const auto& counters = *static_cast<const FrameCounters*>(passes_->clouds->counters_back[slot]->mapped());
   return passes_->clouds->all_particles->read_vector<shared::Particle>(counters.particle_count);
+}
+
+std::optional<std::vector<LightAt>> FramePasses::light_at(Kernels& kernels,
+                                                          const std::vector<glm::vec3>& places_m) const {
+  if (!passes_->clouds || !passes_->clouds->light_field) return std::nullopt;
+  if (places_m.empty()) return std::vector<LightAt>();
+  Device& device = kernels.device();
+  Buffer places(device, "light_places", places_m.size() * sizeof(glm::vec3)),
+      light(device, "light_at", places_m.size() * sizeof(LightAt));
+  places.write_vector(places_m);
+  FrameBuilder frame(device);
+  passes_->clouds->light_field->add_query(
+      frame, kernels,
+      {passes_->constants, passes_->clouds->has_air ? &passes_->atmosphere.tables() : nullptr, tables_.near_beam(),
+       static_cast<std::uint32_t>(places_m.size()), places, light});
+  FrameExecutor(device).run(frame);
+  return light.read_vector<LightAt>(places_m.size());
 }
 
 const CloudLayer* FramePasses::cloud_layer() const { return passes_->clouds ? &passes_->clouds->layer : nullptr; }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/result.h"
@@ -44,6 +45,9 @@ class FramePasses {
   const Image& hdr() const { return hdr_; }
   const Image& display() const { return display_; }
   std::vector<shared::Particle> read_particles(std::uint32_t slot) const;
+  // Light at places, counted from the last frame's camera (z = altitude), as that frame, which has run, left it. None
+  // where the scene has no clouds or its light is from tables.
+  std::optional<std::vector<LightAt>> light_at(Kernels& kernels, const std::vector<glm::vec3>& places_m) const;
   const CloudLayer* cloud_layer() const;  // null when the scene has no clouds at all
 
  private:

@@ -32,6 +32,7 @@
 #include "engine/result.h"
 #include "engine/scene.h"
 #include "lut/tables.h"
+#include "passes/light/light_at.h"
 #include "passes/settings.h"
 
 namespace nephele {
@@ -127,6 +128,12 @@ class Renderer {
 
   // The clouds of the last frame, whether or not the camera sees them: render space, weighted by level of detail.
   std::vector<shared::Particle> read_particles();
+
+  // Light at places of the world (east, north, altitude in metres) among the clouds of the last frame, which must have
+  // finished: what a host needs to light things of its own as the clouds are lit. Near the clouds it is as good as
+  // theirs, cell by cell; beyond the view distance it is a clear sky's. An error where light is from tables, where the
+  // scene has no clouds, or before the first frame.
+  Result<std::vector<LightAt>> light_at(const std::vector<glm::dvec3>& places_m);
 
   const FrameStats& stats() const;
   std::string describe_frame() const;  // the last frame's steps and barriers in words

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <optional>
 
 #include "engine/camera.h"
 #include "engine/frame.h"
@@ -82,6 +83,7 @@ struct Renderer::Implementation {
     settings = settings_in;
     constants = fixed_constants(scene, settings);
     ++changes;
+    last_camera_m.reset();
     workshop.begin();
     passes = std::make_unique<FramePasses>(workshop, sky.tables, sky.volumes, scene, settings);
     workshop.end(executor.frames_recorded());
@@ -95,6 +97,7 @@ struct Renderer::Implementation {
     check_host(host);
     constants.host_scene = host.distance_m != nullptr;
     const FrameView view{from_origin(scene, camera.position_m), time_s};
+    last_camera_m = camera.position_m;
     place_camera(camera, view);
     workshop.free_unused(executor.frames_recorded());
     FrameBuilder frame(executor, settings.reuse ? Reuse::all : Reuse::lasting);
@@ -146,8 +149,9 @@ struct Renderer::Implementation {
   Workshop workshop;
   std::unique_ptr<FramePasses> passes;
   FrameExecutor executor;
-  std::deque<Recorded> recorded;   // oldest first
-  std::uint32_t last_counted = 0;  // slot of the last collected frame's counts
+  std::deque<Recorded> recorded;            // oldest first
+  std::optional<glm::dvec3> last_camera_m;  // of the last frame since scene and settings were set
+  std::uint32_t last_counted = 0;           // slot of the last collected frame's counts
   FrameStats stats;
   std::string description;
 };
@@ -287,6 +291,17 @@ std::vector<float> Renderer::read_layers() {
 std::vector<shared::Particle> Renderer::read_particles() {
   const Implementation& r = *implementation_;
   return r.passes->read_particles(r.recorded.empty() ? r.last_counted : r.recorded.back().counts);
+}
+
+Result<std::vector<LightAt>> Renderer::light_at(const std::vector<glm::dvec3>& places_m) {
+  Implementation& r = *implementation_;
+  if (!r.last_camera_m) return Error{"light at a place is that of a frame; none has been rendered"};
+  std::vector<glm::vec3> from_camera_m;
+  for (const glm::dvec3& place_m : places_m)
+    from_camera_m.emplace_back(glm::dvec2(place_m) - glm::dvec2(*r.last_camera_m), place_m.z);
+  const auto light = r.passes->light_at(r.sky.kernels, from_camera_m);
+  if (!light) return Error{"light at a place needs clouds, and --light field"};
+  return *light;
 }
 
 const FrameStats& Renderer::stats() const { return implementation_->stats; }

@@ -12,7 +12,7 @@ cmake --build --preset release --target nephele_program >/dev/null
 
 scenes=("$@")
 [[ ${#scenes[@]} -gt 0 ]] ||
-  scenes=(cloud_front cloud_side cloud_back field_side field_above inside low_sun overcast congestus)
+  scenes=(cloud_front cloud_side cloud_back field_side field_above inside low_sun overcast congestus dense)
 size_of() { [[ $1 == inside ]] && echo 48x27 || echo 80x45; }  # inside, every pixel is cloud, and smooth
 work=out/truth
 mkdir -p "$work"

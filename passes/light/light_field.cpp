@@ -22,6 +22,7 @@ constexpr double kFinestShare = 0.5;        // of the cells' width, where fewer 
 constexpr std::uint32_t kBorderCells = 4;   // around clouds that one window holds
 constexpr double kEyeStepsACell = 16.0;     // of the eye that a coarser level is summed for
 constexpr std::uint32_t kBorderLayers = 2;  // without matter: look-ups between cells need neighbours
+constexpr double kTimeStepS = 1.0;          // of windows whose clouds change
 constexpr double kAheadAtLeastM = 1e-3;     // a frame's way below which nothing is solved ahead
 constexpr double kFramesInHand = 3.0;       // by which a window is to be ready before the camera is there
 
@@ -119,12 +120,17 @@ LightField::LightField(Workshop& make, const std::vector<std::unique_ptr<CloudSo
                              &make.buffer(name + "index", cells * sizeof(std::uint32_t)),
                              &make.buffer(name + "sigma", cells * sizeof(float)),
                              &make.buffer(name + "depths", cells * sizeof(float)),
-                             &make.buffer(name + "moments", cells * 4 * sizeof(glm::uvec4))};
+                             &make.buffer(name + "moments", cells * 4 * sizeof(glm::uvec4)),
+                             &make.buffer(name + "boundary", shared::kLightOrdinates * sizeof(glm::vec4))};
     }
     levels_.push_back(std::move(level));
   }
+  for (const auto& source : sources)
+    changes_ = changes_ || source->inputs({glm::dvec3(0.0), 0.0, wind_m_per_s}) !=
+                               source->inputs({glm::dvec3(0.0), 1000.0 / 7.0, wind_m_per_s});
   solver_ = std::make_unique<LightSolver>(make, side, height, most_particles, sources.size(), grid.sweeps);
   frame_lattice_ = &make.buffer("light_lattice", sizeof(LightLattice));
+  no_air_ = &make.image("light_query_no_air", {});
   extinction_ = &make.image("light_extinction", {VK_FORMAT_R16_SFLOAT, side, side, 2 * level_count * (height + 1) + 1});
   radiance_ =
       &make.image("light_radiance", {VK_FORMAT_R16G16B16A16_SFLOAT, side, side, level_count * (height + 1) + 1});
@@ -132,17 +138,20 @@ LightField::LightField(Workshop& make, const std::vector<std::unique_ptr<CloudSo
 
 // A coarser window's centre follows from the finer one's, so what a window holds depends on its own place alone. The
 // coarsest one, whose clouds end with the view, stays nearer to the camera: it steps with the one before.
-std::vector<LightField::Place> LightField::places_at(const glm::dvec2& steps) const {
+std::vector<LightField::Place> LightField::places_at(const Stand& stand) const {
   std::vector<Place> places;
-  glm::dvec2 own = steps;
+  const double time_s = stand.time * kTimeStepS;
+  const auto slot_of = [&](const glm::dvec2& own) {  // another one than its neighbours' in place and time
+    return static_cast<std::uint32_t>(std::fmod(std::abs(own.x + own.y + stand.time), 2.0));
+  };
+  glm::dvec2 own = stand.steps;
   for (std::uint32_t k = 0; k < levels_.size(); ++k) {
     const bool coarsest = k > 0 && k + 1 == levels_.size();
     if (k > 0 && !coarsest) own = rounded(own / double{shared::kLightLevelRatio});
     if (last_center_m_ && k + 1 == levels_.size())
-      places.push_back({glm::dvec2(0.0), *last_center_m_, 0});
+      places.push_back({glm::dvec2(0.0), *last_center_m_, time_s, slot_of(glm::dvec2(0.0))});
     else
-      places.push_back({own, own * step_m(coarsest ? k - 1 : k),
-                        static_cast<std::uint32_t>(std::fmod(std::abs(own.x + own.y), 2.0))});
+      places.push_back({own, own * step_m(coarsest ? k - 1 : k), time_s, slot_of(own)});
   }
   return places;
 }
@@ -155,7 +164,7 @@ std::vector<LightWindow> LightField::windows_at(const std::vector<Place>& places
   for (auto k = static_cast<std::uint32_t>(levels_.size()); k-- > 0;) {
     LightWindow& window = windows[k];
     window.level = k;
-    window.view = {glm::dvec3(places[k].center_m, 0.0), inputs.view.time_s, wind_m_per_s_};
+    window.view = {glm::dvec3(places[k].center_m, 0.0), places[k].time_s, wind_m_per_s_};
     window.sources = &levels_[k].sources;
     window.pairs = levels_[k].pairs;
     window.cells = &levels_[k].windows[places[k].slot];
@@ -250,24 +259,34 @@ void LightField::project(FrameBuilder& frame, const Inputs& inputs, const std::v
 
 // Some units of the windows that the camera is about to enter, if this frame had none of its own to do. Nothing of it
 // shows in this frame.
-void LightField::solve_ahead(FrameBuilder& frame, const Inputs& inputs, const glm::dvec2& camera_m,
-                             const glm::dvec2& steps, bool idle) {
-  const std::optional<glm::dvec2> before_m = last_camera_m_;
-  last_camera_m_ = camera_m;
-  if (!before_m || !idle || frame.reuse() != Reuse::all) return;
-  const glm::dvec2 way_m = camera_m - *before_m;
-  if (glm::length(way_m) < kAheadAtLeastM || glm::length(way_m) > step_m(0)) return;
+void LightField::solve_ahead(FrameBuilder& frame, const Inputs& inputs, const glm::dvec2& camera_m, const Stand& stand,
+                             bool idle) {
+  const std::optional<Seen> before = last_;
+  last_ = Seen{camera_m, inputs.view.time_s};
+  if (!before || !idle || frame.reuse() != Reuse::all) return;
+  const glm::dvec2 way_m = camera_m - before->camera_m;
+  const double passed_s = inputs.view.time_s - before->time_s;
+  if (glm::length(way_m) > step_m(0)) return;
   double frames = std::numeric_limits<double>::infinity();  // to the next border
-  glm::dvec2 next = steps;
+  Stand next = stand;
   for (int axis = 0; axis < 2; ++axis) {
-    if (way_m[axis] == 0.0) continue;
+    if (std::abs(way_m[axis]) < kAheadAtLeastM) continue;
     const double sign = way_m[axis] > 0.0 ? 1.0 : -1.0;
-    const double to_border = ((steps[axis] + 0.5 * sign) * step_m(0) - camera_m[axis]) / way_m[axis];
+    const double to_border = ((stand.steps[axis] + 0.5 * sign) * step_m(0) - camera_m[axis]) / way_m[axis];
     if (to_border >= frames) continue;
     frames = to_border;
-    next = steps;
-    next[axis] += sign;
+    next = stand;
+    next.steps[axis] += sign;
   }
+  if (changes_ && std::abs(passed_s) > 0.0 && std::abs(passed_s) < kTimeStepS) {
+    const double sign = passed_s > 0.0 ? 1.0 : -1.0;
+    const double to_border = ((stand.time + 0.5 * sign) * kTimeStepS - inputs.view.time_s) / passed_s;
+    if (to_border < frames) {
+      frames = to_border;
+      next = {stand.steps, stand.time + sign};
+    }
+  }
+  if (frames == std::numeric_limits<double>::infinity()) return;
   const std::vector<LightWindow> windows = windows_at(places_at(next), inputs);
   std::uint32_t left = 0;
   for (const LightWindow& window : windows) left += solver_->units_left(frame, window);
@@ -281,8 +300,8 @@ void LightField::solve_ahead(FrameBuilder& frame, const Inputs& inputs, const gl
 
 LightField::Outputs LightField::add(FrameBuilder& frame, const Inputs& inputs) {
   const glm::dvec2 camera_m(inputs.view.in_air(wind_m_per_s_));
-  const glm::dvec2 steps = rounded(camera_m / step_m(0));
-  const std::vector<Place> places = places_at(steps);
+  const Stand stand{rounded(camera_m / step_m(0)), changes_ ? std::round(inputs.view.time_s / kTimeStepS) : 0.0};
+  const std::vector<Place> places = places_at(stand);
   const std::vector<LightWindow> windows = windows_at(places, inputs);
   const auto level_count = static_cast<std::uint32_t>(levels_.size());
   std::uint32_t units = 0;
@@ -291,10 +310,34 @@ LightField::Outputs LightField::add(FrameBuilder& frame, const Inputs& inputs) {
     solver_->add(frame, windows[k], solver_->unit_count(), *extinction_, inputs.frame_constants, inputs.air);
   }
 
+  shown_.clear();
+  for (const LightWindow& window : windows) shown_.push_back(window.cells);
   project(frame, inputs, places, windows);
   frame.update("light_project", *frame_lattice_, as_push(lattice(inputs, places, camera_m)));
-  solve_ahead(frame, inputs, camera_m, steps, units == 0);
+  solve_ahead(frame, inputs, camera_m, stand, units == 0);
   return {radiance_, frame_lattice_};
+}
+
+void LightField::add_query(FrameBuilder& frame, Kernels& kernels, const Query& query) const {
+  const SpecConstant constants[] = {{0, query.air != nullptr}};
+  const ComputeKernel& kernel = kernels.compute(shaders::light_query_comp, constants);
+  for (std::uint32_t k = 0; k < shown_.size(); ++k)
+    frame.compute({.name = "light_query",
+                   .kernel = &kernel,
+                   .bindings = {{0, *frame_lattice_, Access::storage_read},
+                                {1, *levels_[k].pairs, Access::storage_read},
+                                {2, query.places, Access::storage_read},
+                                {3, query.light, Access::storage_write},
+                                {4, *shown_[k]->index_of, Access::words},
+                                {5, *shown_[k]->moments, Access::texels},
+                                {6, *shown_[k]->depths, Access::words},
+                                {7, *shown_[k]->boundary, Access::storage_read},
+                                {8, query.frame_constants, Access::uniform},
+                                {9, *extinction_, Access::sampled},
+                                {10, query.near_beam, Access::sampled},
+                                {11, query.air ? query.air->transmittance : *no_air_, Access::sampled}},
+                   .push = as_push(glm::uvec2(k, query.count)),
+                   .groups = {(query.count + 63) / 64, 1, 1}});
 }
 
 }  // namespace nephele

@@ -10,8 +10,9 @@
 // peak (delta-M scaling, [Wiscombe 1977]) it stays in the beam, and shading adds what the eye sees of it in closed form
 // (lut/near_beam.h). The lattice gives the rest, as its spherical harmonics up to degree 2.
 //
-// A window stands still in the air that drifts with the scene's wind, and steps by kLightWindowStep cells. What it
-// holds is a function of its place, the sun, the sky and the clouds, so it is kept while these stay the same. The
+// A window stands still in the air that drifts with the scene's wind, and steps by kLightWindowStep cells; clouds that
+// grow, or drift with another wind, are in it as they are at the nearest whole second. What it holds is a function of
+// its place, that second, the sun, the sky and the clouds, so it is kept while these stay the same. The
 // finest level's moments are summed for the way to the camera in each frame, a coarser one's when the eye has moved by
 // a part of its cells.
 //
@@ -29,6 +30,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/kernels.h"
 #include "engine/result.h"
 #include "engine/workshop.h"
 #include "passes/kit/air_tables.h"
@@ -70,6 +72,17 @@ class LightField {
   // Steps: "light_field", "light_project".
   Outputs add(FrameBuilder& frame, const Inputs& inputs);
 
+  struct Query {
+    const Buffer& frame_constants;
+    const AtmosphereTables* air;  // null: none
+    const Image& near_beam;
+    std::uint32_t count;
+    const Buffer& places;  // vec3: from the camera of the frame that was added last, in its air; z = altitude
+    const Buffer& light;   // LightAt
+  };
+  // Light at places, as the frame that was added last and has run left it. Step: "light_query".
+  void add_query(FrameBuilder& frame, Kernels& kernels, const Query& query) const;
+
  private:
   struct Level {
     std::vector<std::unique_ptr<CloudSource>> own_sources;
@@ -79,18 +92,25 @@ class LightField {
     const Buffer* from_eye;             // LightLattice from the eye that they are summed for
     std::array<LightCells, 2> windows;  // neighbouring windows in turn
   };
+  // Where and when the windows stand: the finest one's steps from the origin of the air, and the time in steps of
+  // kTimeStepS, 0 where no cloud moves in that air or grows.
+  struct Stand {
+    glm::dvec2 steps;
+    double time;
+  };
   // Where a level's window stands: its centre is so many steps from the origin of the air.
   struct Place {
     glm::dvec2 steps, center_m;
+    double time_s;
     std::uint32_t slot;  // of Level::windows
   };
-  std::vector<Place> places_at(const glm::dvec2& steps) const;  // of all levels; steps: of the finest
+  std::vector<Place> places_at(const Stand& stand) const;  // of all levels
   std::vector<LightWindow> windows_at(const std::vector<Place>& places, const Inputs& inputs) const;
   shared::LightLattice lattice(const Inputs& inputs, const std::vector<Place>& places,
                                const glm::dvec2& reference_m) const;
   void project(FrameBuilder& frame, const Inputs& inputs, const std::vector<Place>& places,
                const std::vector<LightWindow>& windows);
-  void solve_ahead(FrameBuilder& frame, const Inputs& inputs, const glm::dvec2& camera_m, const glm::dvec2& steps,
+  void solve_ahead(FrameBuilder& frame, const Inputs& inputs, const glm::dvec2& camera_m, const Stand& stand,
                    bool idle);
   double cell_m(std::uint32_t level) const;
   double step_m(std::uint32_t level) const;
@@ -101,11 +121,17 @@ class LightField {
   glm::dvec2 wind_m_per_s_;
   std::optional<glm::dvec2> last_center_m_;  // of the coarsest window where it holds all clouds; else it moves too
   std::vector<Level> levels_;
+  std::vector<const LightCells*> shown_;  // of the frame that was added last, by level
   std::unique_ptr<LightSolver> solver_;
   const ComputeKernel &clear_, &project_;
   const Buffer* frame_lattice_ = nullptr;
-  const Image *extinction_ = nullptr, *radiance_ = nullptr;
-  std::optional<glm::dvec2> last_camera_m_;  // where the frame before was, which tells what to solve ahead and no more
+  const Image *extinction_ = nullptr, *radiance_ = nullptr, *no_air_ = nullptr;
+  bool changes_ = false;  // do clouds move in the air of the windows, or grow?
+  struct Seen {
+    glm::dvec2 camera_m;
+    double time_s;
+  };
+  std::optional<Seen> last_;  // the frame before, which tells what to solve ahead and no more
 };
 
 }  // namespace nephele

@@ -18,7 +18,8 @@ using shared::LightPair;
 namespace {
 
 constexpr std::uint32_t kLocalSize = 64;
-constexpr std::uint32_t kFloorPlaces = 32;  // along a side: where the beam through the floor is looked up
+constexpr std::uint32_t kFloorPlaces = 32;    // along a side: where the beam through the floor is looked up
+constexpr std::uint32_t kOpennessRings = 24;  // light_openness.glsl
 constexpr const char* kRow = "light_field";
 constexpr double kSpread = 0.93;  // of the sweeps' weights: the spectral radius they are made for
 
@@ -68,13 +69,17 @@ Surroundings surroundings() {
   return result;
 }
 
-// Richardson's iteration with Chebyshev's weights for eigenvalues within kSpread of 0, large and small in turn; the
-// last sweep counts whole, so that all moments are of one light.
-float sweep_weight(std::uint32_t sweep, std::uint32_t sweeps) {
-  const std::uint32_t n = sweeps - 1;
-  if (sweep >= n) return 1.0f;
-  const std::uint32_t k = sweep % 2 == 1 ? n - 1 - sweep / 2 : sweep / 2;
-  return static_cast<float>(2.0 / (2.0 - kSpread - kSpread * std::cos(std::numbers::pi * (2.0 * k + 1.0) / (2.0 * n))));
+// Chebyshev's semi-iterative method for eigenvalues of a sweep within 0 to kSpread [Golub and Varga 1961]: with x the
+// source before a sweep, s what the sweep makes of it and y the source before x, the next one is
+// `again` (`step` (s - x) + x - y) + y. Unlike one cycle of weights it is stable for any number of sweeps.
+struct SweepWeights {
+  float step, again;  // again 1: there is no y
+};
+SweepWeights sweep_weights(std::uint32_t sweep) {
+  const double radius = kSpread / (2.0 - kSpread);
+  double again = 1.0;
+  for (std::uint32_t k = 1; k <= sweep; ++k) again = 1.0 / (1.0 - (k == 1 ? 0.5 : 0.25) * radius * radius * again);
+  return {static_cast<float>(2.0 / (2.0 - kSpread)), static_cast<float>(again)};
 }
 
 // What a unit has left: the inputs of its window, and its number.
@@ -120,6 +125,7 @@ struct LightSolver::Kernels {
         list(make.compute(shaders::light_list_comp)),
         depth(make.compute(shaders::light_depth_comp)),
         floor(make.compute(shaders::light_floor_comp)),
+        openness(make.compute(shaders::light_openness_comp)),
         lines(make.compute(shaders::light_lines_comp)),
         begin(make.compute(shaders::light_begin_comp)),
         sweep(make.compute(shaders::light_sweep_comp)),
@@ -133,7 +139,7 @@ struct LightSolver::Kernels {
     }
   }
   const ComputeKernel *surroundings[2], *boundary[2], *moments[2];  // without and with air
-  const ComputeKernel &splat, &occupied, &list, &depth, &floor, &lines, &begin, &sweep, &sum, &exits;
+  const ComputeKernel &splat, &occupied, &list, &depth, &floor, &openness, &lines, &begin, &sweep, &sum, &exits;
 };
 
 LightSolver::LightSolver(Workshop& make, std::uint32_t side_cells, std::uint32_t height_cells, std::uint32_t particles,
@@ -157,19 +163,20 @@ LightSolver::LightSolver(Workshop& make, std::uint32_t side_cells, std::uint32_t
   spread_ = cell_buffer("spread", sizeof(std::uint32_t));
   lines_ = cell_buffer("lines", shared::kLightPairs * sizeof(std::uint32_t));
   mean_ = cell_buffer("mean", shared::kLightOrdinates * sizeof(glm::uvec2));
+  beam_ = cell_buffer("beam", sizeof(float));
   sources_[0] = cell_buffer("source_0", 2 * sizeof(glm::uvec4));
   sources_[1] = cell_buffer("source_1", 2 * sizeof(glm::uvec4));
   const VkDeviceSize lines = VkDeviceSize{shared::kLightPairs} * lines_at_most();
   lengths_ = &make.buffer("light_lengths", lines * sizeof(std::uint32_t));
   exits_ = &make.buffer("light_exits", lines * sizeof(glm::vec4));
-  exit_sums_ = &make.buffer("light_exit_sums", 64 * shared::kLightPairs * sizeof(glm::vec4));
+  exit_sums_ = &make.buffer("light_exit_sums", 64 * (shared::kLightPairs + 2) * sizeof(glm::vec4));
   floor_ = &make.buffer("light_floor", VkDeviceSize{kFloorPlaces} * kFloorPlaces * sizeof(float));
-  boundary_ = &make.buffer("light_boundary", shared::kLightOrdinates * sizeof(glm::vec4));
+  openness_ = &make.buffer("light_openness", VkDeviceSize{kOpennessRings} * openness_groups() * sizeof(glm::vec2));
   const Surroundings around = surroundings();
   direction_count_ = static_cast<std::uint32_t>(around.directions.size());
   directions_ = &make.uploaded("light_directions", std::as_bytes(std::span(around.directions)));
   direction_ranges_ = &make.uploaded("light_direction_ranges", std::as_bytes(std::span(around.first_of)));
-  surroundings_ = &make.buffer("light_surroundings", VkDeviceSize{direction_count_} * 2 * sizeof(glm::vec3));
+  surroundings_ = &make.buffer("light_surroundings", VkDeviceSize{direction_count_} * 7 * sizeof(float));
   none_ = &make.image("light_no_air", {});
 }
 
@@ -196,9 +203,13 @@ struct LightSolver::Steps {
     else if (unit == 1)
       list_cells();
     else if (unit == 2)
+      surround();
+    else if (unit == 3)
       begin();
+    else if (unit + 2 == solver.unit_count())
+      lines(true);
     else
-      sweep(unit - kUnitsBefore);
+      sweep(std::min(unit - kUnitsBefore, solver.sweeps_ - 1));
   }
 
   void particles() {
@@ -248,7 +259,16 @@ struct LightSolver::Steps {
                    .groups = {groups, 1, 1}});
   }
 
-  void begin() {
+  // What comes from outside, and the beam.
+  void surround() {
+    frame.compute({.name = kRow,
+                   .kernel = &kernels.openness,
+                   .bindings = {{0, *cells.lattice, Access::storage_read},
+                                {1, *cells.index_of, Access::words},
+                                {2, extinction, Access::sampled},
+                                {3, *solver.openness_, Access::storage_write}},
+                   .push = as_push(window.level),
+                   .groups = {solver.openness_groups(), kOpennessRings, 1}});
     frame.compute({.name = kRow,
                    .kernel = kernels.surroundings[air != nullptr],
                    .bindings = {{0, *cells.lattice, Access::storage_read},
@@ -256,8 +276,11 @@ struct LightSolver::Steps {
                                 {2, air ? air->transmittance : *solver.none_, Access::sampled},
                                 {3, air ? air->multi_scattering : *solver.none_, Access::sampled},
                                 {4, *solver.directions_, Access::storage_read},
-                                {5, *solver.surroundings_, Access::storage_write}},
-                   .push = as_push(solver.direction_count_),
+                                {5, *solver.surroundings_, Access::storage_write},
+                                {6, *solver.direction_ranges_, Access::storage_read},
+                                {7, *window.pairs, Access::storage_read},
+                                {8, *solver.openness_, Access::storage_read}},
+                   .push = as_push(glm::uvec2(solver.direction_count_, solver.openness_groups())),
                    .groups = {groups_for(solver.direction_count_), 1, 1}});
     frame.compute({.name = kRow,
                    .kernel = &kernels.floor,
@@ -275,6 +298,9 @@ struct LightSolver::Steps {
                                 {4, *cells.depths, Access::storage_write}},
                    .push = as_push(window.level),
                    .indirect = each_cell});
+  }
+
+  void begin() {
     lines(false);
     boundary(false);
     frame.compute({.name = kRow,
@@ -282,9 +308,10 @@ struct LightSolver::Steps {
                    .bindings = {{0, *cells.lattice, Access::storage_read},
                                 {1, *cells.count, Access::storage_read},
                                 {2, *cells.depths, Access::words},
-                                {3, *solver.boundary_, Access::storage_read},
+                                {3, *cells.boundary, Access::storage_read},
                                 {4, *solver.sources_[0], Access::storage_write},
-                                {5, *cells.sigma, Access::words}},
+                                {5, *cells.sigma, Access::words},
+                                {6, *solver.beam_, Access::storage_write}},
                    .indirect = each_cell});
   }
 
@@ -314,19 +341,19 @@ struct LightSolver::Steps {
                                 {6, *window.pairs, Access::storage_read},
                                 {7, *solver.exit_sums_, Access::storage_read},
                                 {8, *solver.floor_, Access::storage_read},
-                                {9, *solver.boundary_, Access::storage_write}},
+                                {9, *cells.boundary, Access::storage_write}},
                    .push = as_push(glm::uvec2(kFloorPlaces * kFloorPlaces, swept))});
   }
 
   struct SweepPush {
     std::uint32_t cell_count, lines_at_most;
-    float scale;
+    float scale, scaled_asymmetry;
+    glm::vec3 travel;
   };
 
   void sweep(std::uint32_t sweep) {
     const bool last = sweep + 1 == solver.sweeps_;
     const Buffer &from = *solver.sources_[sweep % 2], &to = *solver.sources_[1 - sweep % 2];
-    if (last) lines(true);
     frame.compute({.name = kRow,
                    .kernel = &kernels.sweep,
                    .bindings = {{0, *window.pairs, Access::storage_read},
@@ -334,10 +361,12 @@ struct LightSolver::Steps {
                                 {2, *solver.lengths_, Access::words},
                                 {3, *cells.sigma, Access::words},
                                 {4, from, Access::texels},
-                                {5, *solver.boundary_, Access::storage_read},
+                                {5, *cells.boundary, Access::uniform},
                                 {6, *solver.mean_, Access::storage_write},
-                                {7, *solver.exits_, Access::storage_write}},
-                   .push = as_push(SweepPush{solver.cells_, solver.lines_at_most(), 1.0f - window.lattice.forward}),
+                                {7, *solver.exits_, Access::storage_write},
+                                {8, *solver.beam_, Access::words}},
+                   .push = as_push(SweepPush{solver.cells_, solver.lines_at_most(), 1.0f - window.lattice.forward,
+                                             window.lattice.scaled_asymmetry, -window.lattice.sun_direction}),
                    .groups = {groups_for(solver.lines_at_most()), shared::kLightPairs, 1}});
     if (last) {
       frame.compute({.name = kRow,
@@ -356,27 +385,28 @@ struct LightSolver::Steps {
     }
     struct Sum {
       std::uint32_t cell_count;
-      float weight;
+      SweepWeights weights;
     };
     frame.compute({.name = kRow,
                    .kernel = &kernels.sum,
                    .bindings = {{0, *cells.lattice, Access::storage_read},
                                 {1, *cells.count, Access::storage_read},
                                 {2, *window.pairs, Access::storage_read},
-                                {3, *cells.depths, Access::words},
-                                {4, *solver.mean_, Access::words},
-                                {5, from, Access::texels},
-                                {6, to, Access::storage_write},
-                                {7, *cells.sigma, Access::words}},
-                   .push = as_push(Sum{solver.cells_, sweep_weight(sweep, solver.sweeps_)}),
+                                {3, *solver.mean_, Access::words},
+                                {4, from, Access::texels},
+                                {5, to, Access::storage_read_write}},
+                   .push = as_push(Sum{solver.cells_, sweep_weights(sweep)}),
                    .indirect = each_cell});
     frame.compute({.name = kRow,
                    .kernel = &kernels.exits,
                    .bindings = {{0, *cells.lattice, Access::storage_read},
                                 {1, *window.pairs, Access::storage_read},
                                 {2, *solver.exits_, Access::texels},
-                                {3, *solver.exit_sums_, Access::storage_write}},
-                   .groups = {1, shared::kLightPairs, 1}});
+                                {3, *solver.exit_sums_, Access::storage_write},
+                                {4, to, Access::texels},
+                                {5, *cells.count, Access::storage_read},
+                                {6, *cells.sigma, Access::words}},
+                   .groups = {1, shared::kLightPairs + 1, 1}});
     boundary(true);
   }
 };
@@ -385,6 +415,11 @@ struct LightSolver::Steps {
 std::uint32_t LightSolver::threads_a_particle() const {
   constexpr std::uint32_t kChordPieces = 40000;
   return (cells_ + kChordPieces - 1) / kChordPieces;
+}
+
+std::uint32_t LightSolver::openness_groups() const {
+  const std::uint32_t across = side_ / shared::kLightWindowStep;
+  return groups_for(across * across);
 }
 
 std::uint32_t LightSolver::units_left(const FrameBuilder& frame, const LightWindow& window) const {

@@ -30,6 +30,7 @@ struct LightCells {
   const Buffer* sigma;     // float of every listed cell: extinction, 1/m
   const Buffer* depths;    // float: optical depth towards the sun
   const Buffer* moments;   // four uvec4 (shaders/light/light_moments.comp)
+  const Buffer* boundary;  // vec4 of every ordinate: what comes in along it (shaders/light/light_boundary.comp)
 };
 
 struct LightWindow {
@@ -52,7 +53,7 @@ class LightSolver {
   // Cells of a window for which a device allows arrays.
   static VkDeviceSize most_cells(const Device& device);
 
-  std::uint32_t unit_count() const { return kUnitsBefore + sweeps_; }
+  std::uint32_t unit_count() const { return kUnitsBefore + sweeps_ + 1; }
   // Units that are still to be done.
   std::uint32_t units_left(const FrameBuilder& frame, const LightWindow& window) const;
 
@@ -62,11 +63,14 @@ class LightSolver {
            const Buffer& frame_constants, const AtmosphereTables* air);
 
  private:
-  static constexpr std::uint32_t kUnitsBefore = 3;  // sweeps: particles, cells, beam and lines
+  // Units before the sweeps: particles, cells, surroundings and beam, lines. One more, before the last sweep, makes the
+  // lines anew, with cells beside matter.
+  static constexpr std::uint32_t kUnitsBefore = 4;
   struct Kernels;
   struct Steps;  // of one window in one frame
 
   std::uint32_t threads_a_particle() const;
+  std::uint32_t openness_groups() const;
   std::uint32_t lines_at_most() const { return side_ * (side_ > height_ ? side_ : height_); }  // of a pair
 
   std::shared_ptr<const Kernels> kernels_;
@@ -74,8 +78,8 @@ class LightSolver {
   std::size_t source_count_;
   PrefixSum scan_;
   const Buffer *particles_, *counters_, *records_;
-  const Buffer *fixed_point_, *places_, *spread_, *lines_, *lengths_, *mean_, *exits_, *exit_sums_, *sources_[2],
-      *floor_, *boundary_, *surroundings_, *directions_, *direction_ranges_;
+  const Buffer *fixed_point_, *places_, *spread_, *lines_, *lengths_, *mean_, *beam_, *openness_, *exits_, *exit_sums_,
+      *sources_[2], *floor_, *surroundings_, *directions_, *direction_ranges_;
   const Image* none_;
   std::uint32_t direction_count_ = 0;
 };

@@ -4,7 +4,7 @@
 
 #include "shared/cloud_light.h"
 #include "shared/types.h"
-#include "layer/table_fetch.glsl"
+#include "kit/near_beam_fetch.glsl"
 
 layout(constant_id = 20) const bool kLightField = true;  // false: light from tables, and dummies are bound here
 layout(set = 0, binding = 20) uniform sampler3D

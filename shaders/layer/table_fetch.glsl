@@ -2,7 +2,6 @@
 #ifndef NEPHELE_TABLE_FETCH_GLSL
 #define NEPHELE_TABLE_FETCH_GLSL
 
-#include "shared/near_beam_axes.h"
 #include "shared/table_axes.h"
 
 // The noisy reference particle along the chord from S to E, unit vectors in its own frame: x = mean extinction divided
@@ -12,11 +11,6 @@ vec2 fetch_optical_depth(sampler3D table, vec3 entry, vec3 exit) {
   vec2 texel = mix(textureLod(table, vec3(at.exit_uv, at.z0), 0.0).xy,
                    textureLod(table, vec3(at.exit_uv, at.z1), 0.0).xy, at.weight);
   return vec2(mean_density_from_texel(texel.x), texel.y);
-}
-
-// Light scattered little from the beam, per sr and unit irradiance, at optical depth tau (lut/near_beam.h).
-float fetch_near_beam(sampler2D table, float tau, float mu) {
-  return textureLod(table, near_beam_coordinates(tau, mu, vec2(textureSize(table, 0))), 0.0).x;
 }
 
 // Radiance of orders >= 2 leaving the homogeneous sphere per unit irradiance, per sr. Variables: shared/scattering.h.

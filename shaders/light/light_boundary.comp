@@ -2,9 +2,12 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // The radiance that enters the lattice along each ordinate: the mean over the directions nearest to it of what lies
-// there. The ground is as bright as the light that the last sweep let through the floor makes it, on average over the
-// window; before the first sweep, as the beam and a clear sky make it.
+// there, as far as cells see it. An ordinate that stands for the horizon is eleven degrees steep and passes over clouds
+// that hide the horizon; what they hide they replace by light of their own, the mean of all cells'. The ground is as
+// bright as the light that the last sweep let through the floor makes it, on average over the window; before the first
+// sweep, as the beam and a clear sky make it.
 #include "light/light_lattice_buffer.glsl"
+#include "light/light_openness.glsl"
 #include "shared/types.h"
 
 layout(local_size_x = 64) in;
@@ -12,10 +15,7 @@ layout(constant_id = 0) const bool kAir = true;  // false: dummies are bound as 
 layout(scalar, set = 0, binding = 1) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 2) uniform sampler2D transmittance;
 layout(set = 0, binding = 3) uniform sampler2D sky_irradiance;
-struct Seen {
-  vec3 radiance, of_ground;
-};
-layout(scalar, set = 0, binding = 4) readonly buffer Surroundings { Seen seen[]; };
+layout(scalar, set = 0, binding = 4) readonly buffer Surroundings { LightSeen seen[]; };
 layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uint first_of[]; };  // directions of each ordinate
 layout(scalar, set = 0, binding = 6) readonly buffer Pairs { LightPair pairs[]; };
 layout(scalar, set = 0, binding = 7) readonly buffer Sums { vec4 sums[]; };
@@ -55,8 +55,23 @@ void main() {
   const uint ordinate = gl_GlobalInvocationID.x;
   if (ordinate >= kLightOrdinates) return;
   const vec3 ground = ground_radiance();
-  vec3 sum = vec3(0.0);
-  for (uint i = first_of[ordinate]; i < first_of[ordinate + 1u]; ++i)
-    sum += seen[i].radiance + seen[i].of_ground * ground;
-  boundary[ordinate] = vec4(0.0, sum / (frame.light_unit * float(first_of[ordinate + 1u] - first_of[ordinate])));
+  const float share = 1.0 / float(first_of[ordinate + 1u] - first_of[ordinate]);
+  vec3 seen_mean = vec3(0.0), plain_mean = vec3(0.0);
+  float open = 0.0;
+  for (uint i = first_of[ordinate]; i < first_of[ordinate + 1u]; ++i) {
+    const vec3 radiance = share / frame.light_unit * (seen[i].radiance + seen[i].of_ground * ground);
+    plain_mean += radiance;
+    seen_mean += seen[i].openness * radiance;
+    open += share * seen[i].openness;
+  }
+  vec4 clouds = vec4(0.0, plain_mean);  // before any sweep nothing better is known
+  if (swept != 0u) {
+    vec4 sum = vec4(0.0), count = vec4(0.0);
+    for (uint part = 0u; part < 64u; ++part) {
+      sum += sums[64u * kLightPairs + part];
+      count += sums[64u * (kLightPairs + 1u) + part];
+    }
+    clouds = sum / max(count, vec4(1.0));
+  }
+  boundary[ordinate] = max(vec4(0.0, seen_mean) + (1.0 - open) * clouds, vec4(0.0));
 }

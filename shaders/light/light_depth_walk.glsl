@@ -1,4 +1,4 @@
-// Optical depth towards the sun through the lattice's own extinction: half a cell a step, in a level's window as long
+// Optical depth along a direction through the lattice's own extinction: half a cell a step, in a level's window as long
 // as the way lies in it, and in the next coarser one from there on. The including shader declares LightLattice lattice
 // and sampler3D extinction (1/m, all levels).
 #ifndef NEPHELE_LIGHT_DEPTH_WALK_GLSL
@@ -8,8 +8,7 @@
 
 const float kOpaqueDepth = 40.0;
 
-float depth_to_sun(uint level, vec3 from_m) {
-  const vec3 d = lattice.sun_direction;
+float depth_along(vec3 d, uint level, vec3 from_m) {
   const float top_m = lattice.lowest_m + float(lattice.height) * lattice.layer_m;
   const float out_m = (d.z > 0.0 ? top_m - from_m.z : from_m.z - lattice.lowest_m) / max(abs(d.z), 1e-6);
   float depth = 0.0, at_m = 0.0;
@@ -34,5 +33,7 @@ float depth_to_sun(uint level, vec3 from_m) {
   }
   return depth;
 }
+
+float depth_to_sun(uint level, vec3 from_m) { return depth_along(lattice.sun_direction, level, from_m); }
 
 #endif

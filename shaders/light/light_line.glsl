@@ -11,7 +11,8 @@ const uint kWithoutMatter = 0x80000000u;
 const uint kInterleaved = 8u;
 const uint kLineEnters = 0x80000000u;         // the upward ordinate comes from outside before this cell
 const uint kLineEntersAtFloor = 0x40000000u;  // and there through the lattice's floor
-const uint kLineCell = 0x3fffffffu;
+const uint kLineGap = 0x20000000u;            // there is no matter in this cell, or just before it on the line
+const uint kLineCell = 0x1fffffffu;
 
 // Lines of a pair: as many as cells in a plane, at most those of the largest.
 uint light_lines_at_most(uint side, uint height) { return side * max(side, height); }

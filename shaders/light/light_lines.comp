@@ -30,7 +30,7 @@ void main() {
   // The upward ordinate enters the lattice here: at its floor, or at a side.
   uint enters = kLineEnters | (axis == 2u ? kLineEntersAtFloor : 0u);
   const uint first = light_line_first(pair, line, count, cell_count);
-  uint length = 0u;
+  uint length = 0u, gap = 0u;
   for (int k = 0; k < count.x; ++k) {
     const ivec2 shift = ivec2(light_line_shift(slope.x, k), light_line_shift(slope.y, k));
     u += shift.x - before.x;
@@ -42,10 +42,15 @@ void main() {
     v = v < 0 ? v + count.z : (v >= count.z ? v - count.z : v);
     if (side || across) enters = kLineEnters | (across && axis != 2u ? kLineEntersAtFloor : 0u);
     const uint index = word_at(index_of, uint((down ? count.x - 1 - k : k) * stride.x + u * stride.y + v * stride.z));
-    if (index == 0u || ((index & kWithoutMatter) != 0u && with_skin == 0u)) continue;
-    lines[first + kInterleaved * length] = ((index & ~kWithoutMatter) - 1u) | enters;
+    if (index == 0u || ((index & kWithoutMatter) != 0u && with_skin == 0u)) {
+      gap = kLineGap;
+      continue;
+    }
+    const uint skin = (index & kWithoutMatter) != 0u ? kLineGap : 0u;
+    lines[first + kInterleaved * length] = ((index & ~kWithoutMatter) - 1u) | enters | gap | skin;
     ++length;
     enters = 0u;
+    gap = skin;
   }
   lengths[pair * light_lines_at_most(lattice.side, lattice.height) + line] = length;
 }

@@ -25,15 +25,9 @@ layout(push_constant, scalar) uniform Push {
   uint level;
 };
 
-#include "kit/light_through_air.glsl"
 #include "kit/light_lattice.glsl"
 
-vec3 sun_irradiance(vec3 p_m) {
-  // The local vertical leans with the way from the window's centre.
-  const float sine = dot(frame.sun_direction, normalize(vec3(p_m.xy, kPlanetRadiusM + p_m.z)));
-  if (kAir) return sun_irradiance_at(transmittance, frame, p_m.z, sine);
-  return frame.sun_irradiance * sun_visibility(max(0.0, p_m.z), sine);
-}
+#include "light/light_sun.glsl"
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;

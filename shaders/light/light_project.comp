@@ -24,6 +24,7 @@ layout(push_constant, scalar) uniform Push {
 };
 
 #include "kit/light_lattice.glsl"
+#include "light/light_carried.glsl"
 
 const float kFadeCells = 4.0;
 const float kLeastDepth = 1e-6;  // 0 marks cells that are not listed
@@ -34,20 +35,7 @@ void main() {
   const ivec3 place = light_cell_place(word_at(listed, i));
   const vec3 middle_m = light_cell_middle(level, place);
   const vec3 to_eye = normalize(vec3(-middle_m.xy, eye_altitude_m - middle_m.z));
-  const LightHarmonics h = light_harmonics(to_eye);
-  float m[28];
-  for (uint k = 0u; k < 4u; ++k) {
-    const uvec4 texel = texel_at(moments, 4u * i + k);
-    for (uint j = 0u; j < (k == 3u ? 2u : 4u); ++j) {
-      const vec2 two = unpackHalf2x16(texel[j]);
-      m[8u * k + 2u * j] = two.x;
-      m[8u * k + 2u * j + 1u] = two.y;
-    }
-  }
-  vec3 seen = vec3(m[0], m[1], m[2]);
-  for (uint k = 1u; k < kLightMoments; ++k)
-    seen += (k < 4u ? lattice.moment1 : lattice.moment2) * h.y[k] * vec3(m[3u * k], m[3u * k + 1u], m[3u * k + 2u]);
-  vec4 value = vec4(max(seen, vec3(0.0)), max(float_at(depths, i), kLeastDepth));
+  vec4 value = vec4(carried_towards(i, to_eye), max(float_at(depths, i), kLeastDepth));
   if (level + 1u < lattice.level_count) {
     const float distance_m = max(abs(middle_m.x), abs(middle_m.y));
     const float share =

@@ -22,14 +22,4 @@ LightSource unpack_light_source(uvec4 low, uvec4 high) {
 // the cell's middle; own: the cell's own along a sun ray.
 float mean_beam(float scaled_depth, float own) { return exp(0.5 * own - scaled_depth) * mean_transmittance(own); }
 
-// beam: scaled transmittance to the sun; sunlight travels along `travel`.
-void add_beam(inout LightSource s, float beam, vec3 travel, float asymmetry) {
-  const float once = beam * (0.25 / kPi);
-  const vec3 flux = 3.0 * asymmetry * once * travel;
-  s.even.x += once;
-  s.x.x += flux.x;
-  s.y.x += flux.y;
-  s.z.x += flux.z;
-}
-
 #endif

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Each cell's source after a sweep: what its matter scatters of the light of all ordinates and of the beam.
+// Each cell's source after a sweep: what its matter scatters of the light of all ordinates.
 #include "light/light_lattice_buffer.glsl"
 #include "light/light_source.glsl"
 #include "kit/texels.glsl"
@@ -12,20 +12,17 @@ layout(scalar, set = 0, binding = 1) readonly buffer Count {
   uint listed_count;
 };
 layout(scalar, set = 0, binding = 2) readonly buffer Pairs { LightPair pairs[]; };
-WORDS(3, depths);
-WORDS(4, mean);
-TEXELS(5, before);
-layout(scalar, set = 0, binding = 6) writeonly buffer Source { uvec4 source[]; };
-WORDS(7, sigma);
+WORDS(3, mean);
+TEXELS(4, before);
+layout(scalar, set = 0, binding = 5) buffer Source { uvec4 source[]; };  // of the sweep before, and of the next
 layout(push_constant, scalar) uniform Push {
   uint cell_count;
-  float weight;  // of the step from the source before
+  float step, again;  // weights of Chebyshev's method (light_solver.cpp)
 };
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= listed_count) return;
-  const float scale = 1.0 - lattice.forward;
   LightSource s = LightSource(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
   const float odd = 3.0 * lattice.scaled_asymmetry * kLightOrdinateShare;
   for (uint pair = 0u; pair < kLightPairs; ++pair) {
@@ -38,13 +35,14 @@ void main() {
     s.y += d.y * net;
     s.z += d.z * net;
   }
-  add_beam(s, mean_beam(scale * float_at(depths, i), scale * float_at(sigma, i) * lattice.beam_way_m),
-           -lattice.sun_direction, lattice.scaled_asymmetry);
   const LightSource old = unpack_light_source(texel_at(before, 2u * i), texel_at(before, 2u * i + 1u));
-  s.even = mix(old.even, s.even, weight);
-  s.x = mix(old.x, s.x, weight);
-  s.y = mix(old.y, s.y, weight);
-  s.z = mix(old.z, s.z, weight);
+  // Before the first sweep there is no older source: `again` is 1, and what the buffer holds drops out.
+  LightSource older = old;
+  if (again != 1.0) older = unpack_light_source(source[2u * i], source[2u * i + 1u]);
+  s.even = again * (step * (s.even - old.even) + old.even - older.even) + older.even;
+  s.x = again * (step * (s.x - old.x) + old.x - older.x) + older.x;
+  s.y = again * (step * (s.y - old.y) + old.y - older.y) + older.y;
+  s.z = again * (step * (s.z - old.z) + old.z - older.z) + older.z;
   source[2u * i] = pack_light_low(s);
   source[2u * i + 1u] = pack_light_high(s);
 }

@@ -4,6 +4,7 @@
 // What clouds see around them without each other, from the middle of their layer: for each of many directions the
 // radiance of sky or air, and the share of the ground's own radiance that comes through.
 #include "light/light_lattice_buffer.glsl"
+#include "light/light_openness.glsl"
 #include "shared/atmosphere_tables.h"
 #include "shared/types.h"
 
@@ -13,13 +14,28 @@ layout(scalar, set = 0, binding = 1) uniform Frame { FrameConstants frame; };
 layout(set = 0, binding = 2) uniform sampler2D transmittance;
 layout(set = 0, binding = 3) uniform sampler2D multi_scattering;
 layout(scalar, set = 0, binding = 4) readonly buffer Directions { vec3 directions[]; };  // to look in
-struct Seen {
-  vec3 radiance, of_ground;
+layout(scalar, set = 0, binding = 5) writeonly buffer Surroundings { LightSeen seen[]; };
+layout(scalar, set = 0, binding = 6) readonly buffer Ranges { uint first_of[]; };  // directions of each ordinate
+layout(scalar, set = 0, binding = 7) readonly buffer Pairs { LightPair pairs[]; };
+layout(scalar, set = 0, binding = 8) readonly buffer Openness { vec2 openness[]; };  // parts of light_openness.comp
+layout(push_constant, scalar) uniform Push {
+  uint count;
+  uint openness_parts;
 };
-layout(scalar, set = 0, binding = 5) writeonly buffer Surroundings { Seen seen[]; };
-layout(push_constant, scalar) uniform Push { uint count; };
 
 const uint kSteps = 16u;
+const float kLeastOpenness = 1e-4, kMostOpen = 4.0;  // where cells hardly see anything, their ratio means nothing
+
+float ring_openness(uint ring) {
+  vec2 sum = vec2(0.0);
+  for (uint i = 0u; i < openness_parts; ++i) sum += openness[ring * openness_parts + i];
+  return sum.y > 0.0 ? sum.x / sum.y : 1.0;
+}
+float openness_towards(float cosine) {
+  const float ring = openness_ring(cosine);
+  const uint below = min(uint(ring), kOpennessRings - 2u);
+  return mix(ring_openness(below), ring_openness(below + 1u), ring - float(below));
+}
 
 void main() {
   const uint i = gl_GlobalInvocationID.x;
@@ -28,7 +44,12 @@ void main() {
   const float altitude_m = max(lattice.lowest_m + 0.5 * float(lattice.height) * lattice.layer_m, 1.0);
   const float horizon = horizon_cosine(altitude_m);
   const bool below = direction.z < horizon;
-  seen[i] = Seen(vec3(0.0), below && frame.ground_enabled != 0u ? vec3(1.0) : vec3(0.0));
+  uint ordinate = 0u;
+  while (first_of[ordinate + 1u] <= i) ++ordinate;
+  const float ordinate_z = pairs[ordinate / 2u].direction.z;
+  const float open = openness_towards(direction.z) /
+                     max(openness_towards(ordinate % 2u == 0u ? -ordinate_z : ordinate_z), kLeastOpenness);
+  seen[i] = LightSeen(vec3(0.0), below && frame.ground_enabled != 0u ? vec3(1.0) : vec3(0.0), min(open, kMostOpen));
   if (!kAir) return;
   vec3 look = direction;
   const bool ground = below && frame.ground_enabled != 0u;

@@ -3,6 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
+#include "kit/near_beam_fetch.glsl"
 #include "layer/table_fetch.glsl"
 
 layout(local_size_x = 64) in;
