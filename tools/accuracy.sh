@@ -12,8 +12,8 @@ cmake --build --preset release --target nephele_program test_cpu >/dev/null
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 size_of() { [[ $1 == inside ]] && echo 48x27 || echo 80x45; }  # as in tools/truth.sh
-# The last three came after the method. The sweeps were then chosen with them in view (docs/light.md).
-scenes=(cloud_front cloud_side cloud_back field_side field_above inside low_sun overcast congestus)
+# The last four came after the method; choices were then made with them in view (docs/accuracy.md).
+scenes=(cloud_front cloud_side cloud_back field_side field_above inside low_sun overcast congestus dense)
 # Ways to draw the layer. Particles without the fine noise at their edges are what the truth is of.
 declare -A ways=(
   ["field, exact"]="--backend tiled --blend exact --detail off"

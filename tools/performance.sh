@@ -3,6 +3,7 @@
 # figures of docs/performance.md and its plots. Some twenty minutes on two quiet cores; what has been measured stays in
 # out/performance, so a run that was cut short goes on. For new times, remove it first.
 #   tools/performance.sh [--device NAME_OR_INDEX]
+#   tools/performance.sh --race [--device ...]      the particles against the ray marcher alone
 #   tools/performance.sh --write                    only writes, from the sweeps that are complete; says which are not
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -11,24 +12,32 @@ source tools/marked_block.sh
 out=out/performance
 sweep() { build/nephele sweep --config "tools/sweeps/$1.json" --out "$out/$2" "${@:3}"; }
 
-# Particles and ray marcher on a field and on a single towering cloud of the truth set: distance of the layer from the
-# path tracer's at its resolution, and what the layer costs at 640x360, ways in turn.
-race_scenes=(field_side cloud_front)
-race_ways=("exact --blend exact" "volume --blend volume")
+# Particles and ray marcher on a field, on a single towering cloud and under an overcast of the truth set: distance of
+# the layer from the path tracer's at its resolution, and what layer and frame cost at 640x360 from a camera that moves
+# at 6 m/s and stays in its windows of light; ways in turn. Without the fine noise, which the truth lacks.
+race_scenes=(field_side cloud_front overcast)
+race_ways=("exact --blend exact" "volume --blend volume" "exact_tables --blend exact --light tables"
+  "volume_tables --blend volume --light tables" "march_16_tables --method raymarch --steps 16 --light tables")
 for count in 8 16 32 64; do race_ways+=("march_$count --method raymarch --steps $count"); done
 distance() {  # layers, scene of the truth set, channels
   build/nephele compare "$1" "tools/truth/$2_layers.exr" --channels "$3"
 }
 race() {  # arguments of render
-  local rounds=5 round scene way name how work
+  local rounds=3 round scene way name how work
   work=$(mktemp -d)
+  for scene in "${race_scenes[@]}"; do
+    jq '.camera | {fps: 60, keys: [{time_s: 0, position_m, yaw_deg, pitch_deg, roll_deg: 0},
+        {time_s: 1, position_m: [.position_m[0], .position_m[1] + 6, .position_m[2]],
+         yaw_deg, pitch_deg, roll_deg: 0}]}' "tools/truth/$scene.json" >"$work/$scene.path.json"
+  done
   for round in $(seq "$rounds"); do
     for scene in "${race_scenes[@]}"; do
       for way in "${race_ways[@]}"; do
         read -r name how <<<"$way"
         # shellcheck disable=SC2086
-        build/nephele render --quiet --scene "tools/truth/$scene.json" --size 640x360 --frames 2 --warmup 1 \
-          --out "$work/%04d.png" --stats "$work/$scene.$name.$round.json" $how "$@"
+        build/nephele render --quiet --scene "tools/truth/$scene.json" --size 640x360 --path "$work/$scene.path.json" \
+          --frames 3 --warmup 1 --reuse --detail off --out "$work/%04d.png" \
+          --stats "$work/$scene.$name.$round.json" $how "$@"
       done
     done
   done
@@ -36,7 +45,8 @@ race() {  # arguments of render
     for way in "${race_ways[@]}"; do
       read -r name how <<<"$way"
       # shellcheck disable=SC2086
-      build/nephele render --quiet --scene "tools/truth/$scene.json" --size 80x45 --layers "$work/layers.exr" $how "$@"
+      build/nephele render --quiet --scene "tools/truth/$scene.json" --size 80x45 --detail off \
+        --layers "$work/layers.exr" $how "$@"
       jq -s --arg scene "$scene" --arg way "$name" \
         --argjson color "$(distance "$work/layers.exr" "$scene" R,G,B)" \
         --argjson through "$(distance "$work/layers.exr" "$scene" T)" '
@@ -55,6 +65,10 @@ if [[ ${1:-} != --write ]]; then
   cmake --preset release
   cmake --build --preset release --target nephele_program
   mkdir -p "$out"
+fi
+if [[ ${1:-} == --race ]]; then
+  race "${@:2}"
+elif [[ ${1:-} != --write ]]; then
   sweep pareto pareto "$@"
   sweep presets presets "$@"
   sweep quick quick "$@"
@@ -96,14 +110,48 @@ race_ratios() {
       | first;
     def shown: . * 10 | round / 10;
     def marches($scene):
-      [.[] | select(.scene == $scene and (.way | startswith("march")))
+      [.[] | select(.scene == $scene and (.way | test("^march_[0-9]+$")))
        | .steps = (.way | ltrimstr("march_") | tonumber)] | sort_by(.steps);
     . as $all | [.[].scene] | unique | reverse | .[] as $scene | ($all | marches($scene)) as $marches
     | ("volume", "exact") as $way
     | ($all[] | select(.scene == $scene and .way == $way)) as $row
     | (["color", "transmittance"] | map(. as $what | at($marches; $what; $row[$what]))) as $at
-    | "| \($scene) | \($way) | \($at | map(.steps | round | tostring) | join(", ")) | " +
-      "\($at[0].ms / $row.layer_ms | shown) | \($at[1].ms / $row.layer_ms | shown) |"' "$out/race.json"
+    | "| \($scene) | \($way) | " +
+      "\($at | map(if . then .steps | round | tostring else "more than 64" end) | join(", ")) | " +
+      "\($at | map(if . then .ms / $row.layer_ms | shown | tostring else "" end) | join(" | ")) |"' "$out/race.json"
+}
+
+# relMSE against the frame's time: blends and marcher with light from the field, and from tables.
+race_plot() {
+  [[ -f $out/race.json ]] || { missing; return; }
+  local scene points
+  points=$(mktemp -d)
+  for scene in "${race_scenes[@]}"; do
+    jq -r --arg scene "$scene" '.[] | select(.scene == $scene and (.way | test("^(exact|volume)$"))) |
+      "\(.frame_ms) \(.color) \(.way)"' "$out/race.json" >"$points/field"
+    jq -r --arg scene "$scene" '.[] | select(.scene == $scene and (.way | test("tables$"))) |
+      "\(.frame_ms) \(.color) \(.way | gsub("_"; "-"))"' "$out/race.json" >"$points/tables"
+    jq -r --arg scene "$scene" '.[] | select(.scene == $scene and (.way | test("^march_[0-9]+$"))) |
+      "\(.frame_ms) \(.color) \(.way | ltrimstr("march_"))"' "$out/race.json" >"$points/march"
+    gnuplot <<EOF
+set terminal svg size 640,400 background rgb "white"
+set output "docs/pictures/performance_race_$scene.svg"
+set title "$scene, 640x360, medium"
+set xlabel "frame, ms"
+set ylabel "relMSE of the layer"
+set logscale xy
+set key top right
+set offsets graph 0.1, graph 0.2, graph 0.1, graph 0.1
+plot "$points/field" using 1:2 with points pt 7 title "field", \
+  "$points/tables" using 1:2 with points pt 5 title "tables", \
+  "$points/march" using 1:2 with linespoints pt 9 title "marched, by steps, field", \
+  "$points/field" using 1:2:3 with labels offset 0,1 notitle, \
+  "$points/tables" using 1:2:3 with labels offset 0,1 notitle, \
+  "$points/march" using 1:2:3 with labels offset 0,1 notitle
+EOF
+    echo "![$scene](pictures/performance_race_$scene.svg)"
+  done
+  rm -r "$points"
 }
 
 # What the scaling sweep says of the frame time as a function of the shaded pairs and of the particles.
@@ -155,11 +203,13 @@ two_runs() {
 }
 
 document=docs/performance.md
-marked_block "$document" pareto results pareto error_fair_weather error_above_deck
 marked_block "$document" race race_table
+marked_block "$document" "race plot" race_plot
 marked_block "$document" "race ratios" race_ratios
+echo "$document"
+[[ ${1:-} != --race ]] || exit 0
+marked_block "$document" pareto results pareto error_fair_weather error_above_deck
 marked_block "$document" presets results presets passes_fair_weather
 marked_block "$document" scaling results scaling cost_particles cost_pixels cost_distance
 marked_block "$document" "scaling line" scaling_line
 marked_block "$document" "two runs" two_runs
-echo "$document"
