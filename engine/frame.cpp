@@ -7,8 +7,8 @@
 namespace nephele {
 namespace {
 
-// Some headroom over what the largest frame list uses; allocation failure is a CHECK, not a surprise.
-constexpr std::uint32_t kMaxSets = 512, kMaxDescriptors = 2048, kMaxRasterSteps = 16;
+// Each step has one descriptor set at most, and sets have at most so many bindings of a type on average.
+constexpr std::uint32_t kLeastSets = 512, kBindingsASet = 8, kMaxRasterSteps = 16;
 
 const std::string& resource_name(const ResourceRef& resource) {
   return std::visit([](const auto* object) -> const std::string& { return object->name(); }, resource);
@@ -220,14 +220,19 @@ FrameBuilder::FrameBuilder(FrameExecutor& executor, Reuse reuse) : memory_(&exec
 bool FrameBuilder::stands(const ResourceRef& resource, InputBytes inputs, Keep keep) {
   const std::uint64_t id = std::visit([](const auto* object) { return object->id(); }, resource);
   const bool may = memory_ && (reuse_ == Reuse::all || keep == Keep::lasting);
-  if (may && memory_->holds(id, inputs)) return true;
+  if (may && held(id, inputs)) return true;
   claims_.push_back({id, std::move(inputs)});
   return false;
 }
 
 bool FrameBuilder::holds(const ResourceRef& resource, const InputBytes& inputs) const {
   const std::uint64_t id = std::visit([](const auto* object) { return object->id(); }, resource);
-  return memory_ && reuse_ == Reuse::all && memory_->holds(id, inputs);
+  return memory_ && reuse_ == Reuse::all && held(id, inputs);
+}
+
+bool FrameBuilder::held(std::uint64_t id, const InputBytes& inputs) const {
+  const auto latest = std::find_if(claims_.rbegin(), claims_.rend(), [&](const auto& c) { return c.resource == id; });
+  return latest != claims_.rend() ? latest->inputs == inputs : memory_->holds(id, inputs);
 }
 
 FrameExecutor::FrameExecutor(Device& device) : device_(device) {
@@ -244,18 +249,23 @@ FrameExecutor::FrameExecutor(Device& device) : device_(device) {
   for (Slot& slot : slots_) make_slot(slot);
 }
 
-void FrameExecutor::make_slot(Slot& slot) {
+void FrameExecutor::make_descriptors(Slot& slot, std::uint32_t sets) {
+  vkDestroyDescriptorPool(device_.vk(), slot.descriptors, nullptr);
+  slot.set_capacity = sets;
   std::vector<VkDescriptorPoolSize> sizes;
   for (VkDescriptorType type : {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
                                 VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
                                 VK_DESCRIPTOR_TYPE_INPUT_ATTACHMENT, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER})
-    sizes.push_back({type, kMaxDescriptors});
+    sizes.push_back({type, sets * kBindingsASet});
   VkDescriptorPoolCreateInfo descriptors{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
-  descriptors.maxSets = kMaxSets;
+  descriptors.maxSets = sets;
   descriptors.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
   descriptors.pPoolSizes = sizes.data();
   NEPHELE_VK(vkCreateDescriptorPool(device_.vk(), &descriptors, nullptr, &slot.descriptors));
+}
 
+void FrameExecutor::make_slot(Slot& slot) {
+  make_descriptors(slot, kLeastSets);
   if (device_.info().fragment_count_query) {
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS;
@@ -282,8 +292,11 @@ FrameExecutor::Slot& FrameExecutor::begin_frame(std::size_t step_count) {
   slot.framebuffers.clear();
   slot.raster_steps = 0;
   slot.step_names.clear();
-  NEPHELE_VK(vkResetDescriptorPool(device_.vk(), slot.descriptors, 0));
   const std::uint32_t needed = static_cast<std::uint32_t>(step_count + 1);
+  if (needed > slot.set_capacity)
+    make_descriptors(slot, 2 * needed);
+  else
+    NEPHELE_VK(vkResetDescriptorPool(device_.vk(), slot.descriptors, 0));
   if (needed > slot.query_capacity) {
     vkDestroyQueryPool(device_.vk(), slot.queries, nullptr);
     slot.query_capacity = std::max(64u, 2 * needed);

@@ -123,6 +123,8 @@ class FrameBuilder {
     RecordFunction record;
   };
   std::uint32_t resource_index(const ResourceRef& resource);
+  // Is a resource's content made from these inputs, by this frame's steps so far or by frames before?
+  bool held(std::uint64_t id, const InputBytes& inputs) const;
   void add(std::string name, const std::vector<std::pair<ResourceRef, Access>>& uses, RecordFunction record);
 
   const StepMemory* memory_ = nullptr;
@@ -178,13 +180,14 @@ class FrameExecutor {
   struct Slot {
     VkDescriptorPool descriptors = VK_NULL_HANDLE;
     VkQueryPool queries = VK_NULL_HANDLE;
-    std::uint32_t query_capacity = 0;
+    std::uint32_t query_capacity = 0, set_capacity = 0;
     VkQueryPool fragment_queries = VK_NULL_HANDLE;  // null: not supported
     std::uint32_t raster_steps = 0;
     std::vector<std::string> step_names;
     std::vector<VkFramebuffer> framebuffers;
   };
   void make_slot(Slot& slot);
+  void make_descriptors(Slot& slot, std::uint32_t sets);
   Slot& begin_frame(std::size_t step_count);
   Slot& slot_of(std::uint32_t frames_ago);
 

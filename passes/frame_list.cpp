@@ -208,7 +208,7 @@ std::optional<std::vector<LightAt>> FramePasses::light_at(Kernels& kernels,
   if (places_m.empty()) return std::vector<LightAt>();
   Device& device = kernels.device();
   Buffer places(device, "light_places", places_m.size() * sizeof(glm::vec3)),
-      light(device, "light_at", places_m.size() * sizeof(LightAt));
+      light(device, "light_at", LightField::kQueryParts * places_m.size() * sizeof(LightAt));
   places.write_vector(places_m);
   FrameBuilder frame(device);
   passes_->clouds->light_field->add_query(
@@ -216,7 +216,12 @@ std::optional<std::vector<LightAt>> FramePasses::light_at(Kernels& kernels,
       {passes_->constants, passes_->clouds->has_air ? &passes_->atmosphere.tables() : nullptr, tables_.near_beam(),
        static_cast<std::uint32_t>(places_m.size()), places, light});
   FrameExecutor(device).run(frame);
-  return light.read_vector<LightAt>(places_m.size());
+  const auto parts = light.read_vector<LightAt>(LightField::kQueryParts * places_m.size());
+  std::vector<LightAt> sums(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(places_m.size()));
+  for (std::size_t i = places_m.size(); i < parts.size(); ++i)
+    for (std::size_t k = 0; k < parts[i].harmonics.size(); ++k)
+      sums[i % places_m.size()].harmonics[k] += parts[i].harmonics[k];
+  return sums;
 }
 
 const CloudLayer* FramePasses::cloud_layer() const { return passes_->clouds ? &passes_->clouds->layer : nullptr; }

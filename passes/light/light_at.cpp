@@ -7,6 +7,8 @@
 
 namespace nephele {
 
+static_assert(sizeof(LightAt) == 28 * sizeof(float));  // as in shaders/light/light_query.comp
+
 glm::vec3 irradiance(const LightAt& light, const glm::vec3& normal) {
   constexpr float kPi = std::numbers::pi_v<float>;
   constexpr float kOfDegree[] = {kPi, 2.0f * kPi / 3.0f, kPi / 4.0f};  // a cosine lobe's share of each

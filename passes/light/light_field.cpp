@@ -23,7 +23,7 @@ constexpr std::uint32_t kBorderCells = 4;   // around clouds that one window hol
 constexpr double kEyeStepsACell = 16.0;     // of the eye that a coarser level is summed for
 constexpr std::uint32_t kBorderLayers = 2;  // without matter: look-ups between cells need neighbours
 constexpr double kTimeStepS = 1.0;          // of windows whose clouds change
-constexpr double kAheadAtLeastM = 1e-3;     // a frame's way below which nothing is solved ahead
+constexpr double kAheadAtLeastM = 1e-3;     // a frame's way along an axis below which none is expected
 constexpr double kFramesInHand = 3.0;       // by which a window is to be ready before the camera is there
 
 // To whole numbers; never -0, whose bytes are not 0's.
@@ -121,7 +121,7 @@ LightField::LightField(Workshop& make, const std::vector<std::unique_ptr<CloudSo
                              &make.buffer(name + "sigma", cells * sizeof(float)),
                              &make.buffer(name + "depths", cells * sizeof(float)),
                              &make.buffer(name + "moments", cells * 4 * sizeof(glm::uvec4)),
-                             &make.buffer(name + "boundary", shared::kLightOrdinates * sizeof(glm::vec4))};
+                             &make.buffer(name + "boundary", 2 * shared::kLightOrdinates * sizeof(glm::vec4))};
     }
     levels_.push_back(std::move(level));
   }
@@ -257,8 +257,8 @@ void LightField::project(FrameBuilder& frame, const Inputs& inputs, const std::v
   }
 }
 
-// Some units of the windows that the camera is about to enter, if this frame had none of its own to do. Nothing of it
-// shows in this frame.
+// Some units of the windows that the camera, or the next second, is about to enter, if this frame had none of its own
+// to do. Nothing of it shows in this frame.
 void LightField::solve_ahead(FrameBuilder& frame, const Inputs& inputs, const glm::dvec2& camera_m, const Stand& stand,
                              bool idle) {
   const std::optional<Seen> before = last_;
@@ -300,7 +300,7 @@ void LightField::solve_ahead(FrameBuilder& frame, const Inputs& inputs, const gl
 
 LightField::Outputs LightField::add(FrameBuilder& frame, const Inputs& inputs) {
   const glm::dvec2 camera_m(inputs.view.in_air(wind_m_per_s_));
-  const Stand stand{rounded(camera_m / step_m(0)), changes_ ? std::round(inputs.view.time_s / kTimeStepS) : 0.0};
+  const Stand stand{rounded(camera_m / step_m(0)), changes_ ? std::round(inputs.view.time_s / kTimeStepS) + 0.0 : 0.0};
   const std::vector<Place> places = places_at(stand);
   const std::vector<LightWindow> windows = windows_at(places, inputs);
   const auto level_count = static_cast<std::uint32_t>(levels_.size());
@@ -337,7 +337,7 @@ void LightField::add_query(FrameBuilder& frame, Kernels& kernels, const Query& q
                                 {10, query.near_beam, Access::sampled},
                                 {11, query.air ? query.air->transmittance : *no_air_, Access::sampled}},
                    .push = as_push(glm::uvec2(k, query.count)),
-                   .groups = {(query.count + 63) / 64, 1, 1}});
+                   .groups = {(query.count + 63) / 64, kQueryParts, 1}});
 }
 
 }  // namespace nephele

@@ -16,8 +16,8 @@
 // finest level's moments are summed for the way to the camera in each frame, a coarser one's when the eye has moved by
 // a part of its cells.
 //
-// A window that the camera is about to fly into is solved ahead, some units a frame, while the one it is in stands; it
-// is the same bit for bit as one that is solved at once.
+// A window that the camera is about to fly into, or the next second's, is solved ahead, some units a frame, while the
+// one it is in stands; it is the same bit for bit as one that is solved at once.
 //
 // reads -> writes: particles of each source around each window, air tables -> volume of radiance towards the camera
 // cost: windows that are solved (light_solver.h); a frame: one sum of 27 moments a cell with matter (docs/light.md)
@@ -72,13 +72,14 @@ class LightField {
   // Steps: "light_field", "light_project".
   Outputs add(FrameBuilder& frame, const Inputs& inputs);
 
+  static constexpr std::uint32_t kQueryParts = 8;
   struct Query {
     const Buffer& frame_constants;
     const AtmosphereTables* air;  // null: none
     const Image& near_beam;
     std::uint32_t count;
     const Buffer& places;  // vec3: from the camera of the frame that was added last, in its air; z = altitude
-    const Buffer& light;   // LightAt
+    const Buffer& light;   // LightAt of all places, kQueryParts times: the harmonics are to be added up
   };
   // Light at places, as the frame that was added last and has run left it. Step: "light_query".
   void add_query(FrameBuilder& frame, Kernels& kernels, const Query& query) const;

@@ -18,8 +18,8 @@ using shared::LightPair;
 namespace {
 
 constexpr std::uint32_t kLocalSize = 64;
-constexpr std::uint32_t kFloorPlaces = 32;    // along a side: where the beam through the floor is looked up
-constexpr std::uint32_t kOpennessRings = 24;  // light_openness.glsl
+constexpr std::uint32_t kFloorPlaces = 32;  // along a side: where the beam through the floor is looked up
+constexpr std::uint32_t kOpennessRings = 24, kLayersASlice = 32;  // light_openness.glsl, light_openness.comp
 constexpr const char* kRow = "light_field";
 constexpr double kSpread = 0.93;  // of the sweeps' weights: the spectral radius they are made for
 
@@ -171,7 +171,8 @@ LightSolver::LightSolver(Workshop& make, std::uint32_t side_cells, std::uint32_t
   exits_ = &make.buffer("light_exits", lines * sizeof(glm::vec4));
   exit_sums_ = &make.buffer("light_exit_sums", 64 * (shared::kLightPairs + 2) * sizeof(glm::vec4));
   floor_ = &make.buffer("light_floor", VkDeviceSize{kFloorPlaces} * kFloorPlaces * sizeof(float));
-  openness_ = &make.buffer("light_openness", VkDeviceSize{kOpennessRings} * openness_groups() * sizeof(glm::vec2));
+  openness_ = &make.buffer("light_openness",
+                           VkDeviceSize{kOpennessRings} * openness_groups() * openness_slices() * sizeof(glm::vec2));
   const Surroundings around = surroundings();
   direction_count_ = static_cast<std::uint32_t>(around.directions.size());
   directions_ = &make.uploaded("light_directions", std::as_bytes(std::span(around.directions)));
@@ -268,20 +269,21 @@ struct LightSolver::Steps {
                                 {2, extinction, Access::sampled},
                                 {3, *solver.openness_, Access::storage_write}},
                    .push = as_push(window.level),
-                   .groups = {solver.openness_groups(), kOpennessRings, 1}});
-    frame.compute({.name = kRow,
-                   .kernel = kernels.surroundings[air != nullptr],
-                   .bindings = {{0, *cells.lattice, Access::storage_read},
-                                {1, frame_constants, Access::uniform},
-                                {2, air ? air->transmittance : *solver.none_, Access::sampled},
-                                {3, air ? air->multi_scattering : *solver.none_, Access::sampled},
-                                {4, *solver.directions_, Access::storage_read},
-                                {5, *solver.surroundings_, Access::storage_write},
-                                {6, *solver.direction_ranges_, Access::storage_read},
-                                {7, *window.pairs, Access::storage_read},
-                                {8, *solver.openness_, Access::storage_read}},
-                   .push = as_push(glm::uvec2(solver.direction_count_, solver.openness_groups())),
-                   .groups = {groups_for(solver.direction_count_), 1, 1}});
+                   .groups = {solver.openness_groups(), kOpennessRings, solver.openness_slices()}});
+    frame.compute(
+        {.name = kRow,
+         .kernel = kernels.surroundings[air != nullptr],
+         .bindings = {{0, *cells.lattice, Access::storage_read},
+                      {1, frame_constants, Access::uniform},
+                      {2, air ? air->transmittance : *solver.none_, Access::sampled},
+                      {3, air ? air->multi_scattering : *solver.none_, Access::sampled},
+                      {4, *solver.directions_, Access::storage_read},
+                      {5, *solver.surroundings_, Access::storage_write},
+                      {6, *solver.direction_ranges_, Access::storage_read},
+                      {7, *window.pairs, Access::storage_read},
+                      {8, *solver.openness_, Access::storage_read}},
+         .push = as_push(glm::uvec2(solver.direction_count_, solver.openness_groups() * solver.openness_slices())),
+         .groups = {groups_for(solver.direction_count_), 1, 1}});
     frame.compute({.name = kRow,
                    .kernel = &kernels.floor,
                    .bindings = {{0, *cells.lattice, Access::storage_read},
@@ -422,6 +424,8 @@ std::uint32_t LightSolver::openness_groups() const {
   return groups_for(across * across);
 }
 
+std::uint32_t LightSolver::openness_slices() const { return (height_ + kLayersASlice - 1) / kLayersASlice; }
+
 std::uint32_t LightSolver::units_left(const FrameBuilder& frame, const LightWindow& window) const {
   const std::uint32_t all = unit_count();
   if (!frame.holds(window.cells->listed, window.matter)) return frame.holds(particles_, window.matter) ? all - 1 : all;
@@ -445,10 +449,13 @@ void LightSolver::add(FrameBuilder& frame, const LightWindow& window, std::uint3
       frame.stands(particles_, window.matter);
     else if (unit == 1)
       frame.stands(window.cells->listed, window.matter);
-    else if (unit + 1 < unit_count())
-      frame.stands(mean_, after_unit(window.light, unit));
-    else
-      frame.stands(window.cells->moments, window.light);
+    else {
+      // From unit 2 on a window's cells are changed, and its moments go with their other results.
+      const bool last = unit + 1 == unit_count();
+      const InputBytes after = after_unit(window.light, unit);
+      if (!last) frame.stands(mean_, after);
+      frame.stands(window.cells->moments, last ? window.light : after);
+    }
   }
 }
 

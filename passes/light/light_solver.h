@@ -30,7 +30,8 @@ struct LightCells {
   const Buffer* sigma;     // float of every listed cell: extinction, 1/m
   const Buffer* depths;    // float: optical depth towards the sun
   const Buffer* moments;   // four uvec4 (shaders/light/light_moments.comp)
-  const Buffer* boundary;  // vec4 of every ordinate: what comes in along it (shaders/light/light_boundary.comp)
+  const Buffer* boundary;  // vec4 of every ordinate: what comes in along it (shaders/light/light_boundary.comp); then
+                           // what would without any cloud
 };
 
 struct LightWindow {
@@ -71,6 +72,7 @@ class LightSolver {
 
   std::uint32_t threads_a_particle() const;
   std::uint32_t openness_groups() const;
+  std::uint32_t openness_slices() const;
   std::uint32_t lines_at_most() const { return side_ * (side_ > height_ ? side_ : height_); }  // of a pair
 
   std::shared_ptr<const Kernels> kernels_;

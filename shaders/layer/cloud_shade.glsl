@@ -167,7 +167,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   } else {
     // A chord of which a part is hidden has not that part's share of its matter: what is left is measured. (A loop of
     // no round where the whole chord is seen: a CPU leaves it out for eight threads.)
-    const bool whole = chord_near >= 0.0 && far_m >= chord_far && thinning >= 1.0;
+    const bool whole = chord_near >= 0.0 && far_m >= chord_far && thinning > 0.9999;
     const uint samples = whole ? 0u : (chord_near < 0.0 ? kInsideSamples : kCutSamples);
     float sum = 0.0;
     for (uint i = 0u; i < samples; ++i) {

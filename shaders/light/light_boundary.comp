@@ -20,7 +20,7 @@ layout(scalar, set = 0, binding = 5) readonly buffer Ranges { uint first_of[]; }
 layout(scalar, set = 0, binding = 6) readonly buffer Pairs { LightPair pairs[]; };
 layout(scalar, set = 0, binding = 7) readonly buffer Sums { vec4 sums[]; };
 layout(scalar, set = 0, binding = 8) readonly buffer Floor { float beam_at_floor[]; };
-layout(scalar, set = 0, binding = 9) writeonly buffer Boundary { vec4 boundary[]; };
+layout(scalar, set = 0, binding = 9) writeonly buffer Boundary { vec4 boundary[]; };  // LightCells::boundary
 layout(push_constant, scalar) uniform Push {
   uint floor_count;
   uint swept;  // 1: sums are of a sweep
@@ -73,5 +73,6 @@ void main() {
     }
     clouds = sum / max(count, vec4(1.0));
   }
+  boundary[kLightOrdinates + ordinate] = vec4(0.0, plain_mean);
   boundary[ordinate] = max(vec4(0.0, seen_mean) + (1.0 - open) * clouds, vec4(0.0));
 }

@@ -11,7 +11,9 @@ const float kOpaqueDepth = 40.0;
 float depth_along(vec3 d, uint level, vec3 from_m) {
   const float top_m = lattice.lowest_m + float(lattice.height) * lattice.layer_m;
   const float out_m = (d.z > 0.0 ? top_m - from_m.z : from_m.z - lattice.lowest_m) / max(abs(d.z), 1e-6);
-  float depth = 0.0, at_m = 0.0;
+  // From below or above the lattice the way begins where it comes in; volumes hold other windows there.
+  const float in_m = (d.z > 0.0 ? lattice.lowest_m - from_m.z : from_m.z - top_m) / max(abs(d.z), 1e-6);
+  float depth = 0.0, at_m = max(in_m, 0.0);
   const float planes = float(textureSize(extinction, 0).z);
   for (; level < lattice.level_count; ++level) {
     const uint plane = lattice.levels[level].extinction_plane;
@@ -21,6 +23,7 @@ float depth_along(vec3 d, uint level, vec3 from_m) {
     const vec2 ways_m = vec2(abs(d.x) > 1e-6 ? (d.x > 0.0 ? high_m.x : low_m.x) / d.x : 1e9,
                              abs(d.y) > 1e-6 ? (d.y > 0.0 ? high_m.y : low_m.y) / d.y : 1e9);
     const float end_m = min(out_m, min(ways_m.x, ways_m.y));
+    if (any(greaterThan(abs(low_m + high_m), high_m - low_m))) continue;  // it begins beside the window
     const float step_m = 0.5 / max(max(abs(d.x), abs(d.y)) / cell_m, abs(d.z) / lattice.layer_m);
     while (at_m < end_m && depth < kOpaqueDepth) {
       const float length_m = min(step_m, end_m - at_m);

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Sums of what the lines of each pair let out through the floor, 64 a pair; then 64 of the sources of all cells with
-// matter, and 64 of these cells' number.
+// Sums of what the lines of each pair let out through the floor, 64 a pair; then 64 of the mean radiance in
+// cells with matter, and 64 of these cells' number.
 #include "light/light_lattice_buffer.glsl"
 #include "light/light_line.glsl"
 #include "light/light_source.glsl"

@@ -20,7 +20,7 @@ struct LightAt {
   float sun_transmittance;
   vec3 harmonics[kLightMoments];
 };
-layout(scalar, set = 0, binding = 3) writeonly buffer Light { LightAt light[]; };
+layout(scalar, set = 0, binding = 3) writeonly buffer Light { LightAt light[]; };  // of the dispatch's y parts
 WORDS(4, index_of);
 TEXELS(5, moments);
 WORDS(6, depths);
@@ -107,7 +107,7 @@ void main() {
   LightAt result;
   result.sun_transmittance = exp(-depth_to_sun(level, at_m));
   for (uint k = 0u; k < kLightMoments; ++k) result.harmonics[k] = vec3(0.0);
-  for (uint d = 0u; d < kDirections; ++d) {  // on a spiral, evenly
+  for (uint d = gl_WorkGroupID.y; d < kDirections; d += gl_NumWorkGroups.y) {  // on a spiral, evenly
     const float z = 1.0 - (2.0 * float(d) + 1.0) / float(kDirections), across = sqrt(1.0 - z * z);
     const float azimuth = 2.3999632 * (float(d) + 0.5);
     const vec3 travel = vec3(across * cos(azimuth), across * sin(azimuth), z);
@@ -115,5 +115,5 @@ void main() {
     const LightHarmonics h = light_harmonics(-travel);
     for (uint k = 0u; k < kLightMoments; ++k) result.harmonics[k] += h.y[k] * radiance;
   }
-  light[i] = result;
+  light[gl_WorkGroupID.y * count + i] = result;
 }

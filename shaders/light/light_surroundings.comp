@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // What clouds see around them without each other, from the middle of their layer: for each of many directions the
-// radiance of sky or air, and the share of the ground's own radiance that comes through.
+// radiance of sky or air, the share of the ground's own radiance that comes through, and how open cells lie towards it
+// compared with the ordinate that stands for it.
 #include "light/light_lattice_buffer.glsl"
 #include "light/light_openness.glsl"
 #include "shared/atmosphere_tables.h"

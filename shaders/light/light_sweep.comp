@@ -15,7 +15,7 @@ WORDS(1, lines);
 WORDS(2, lengths);
 WORDS(3, sigma);
 TEXELS(4, source);
-layout(scalar, set = 0, binding = 5) uniform Boundary { vec4 boundary[kLightOrdinates]; };
+layout(scalar, set = 0, binding = 5) uniform Boundary { vec4 boundary[2u * kLightOrdinates]; };
 layout(scalar, set = 0, binding = 6) writeonly buffer Mean { uvec2 mean[]; };
 layout(scalar, set = 0, binding = 7) writeonly buffer Exits { vec4 exits[]; };
 WORDS(8, beam);  // radiance of the beam's first scattering, were it the same in all directions
@@ -49,7 +49,7 @@ void pass_cell(uint cell, vec4 own, vec4 rise, float length_m, float along, uint
   rise.x -= 2.0 * once * tanh(0.5 * depth * along);
   // Cells without matter have no source; what stands there is of another solve.
   own = depth > 0.0 ? own : radiance;
-  rise = depth > 0.0 ? clamp(rise, -2.0 * abs(own), 2.0 * abs(own)) : vec4(0.0);  // negative at neither end
+  rise = depth > 0.0 ? clamp(rise, -2.0 * abs(own), 2.0 * abs(own)) : vec4(0.0);  // changes sign at neither end
   const float f = mean_transmittance(depth);
   const vec4 mean_radiance = own + f * (radiance - own) - slope_share(depth, f) * rise;
   mean[ordinate * cell_count + cell] = pack_light(mean_radiance);
@@ -85,6 +85,7 @@ void main() {
     entry = next;
   }
   radiance = from_above;
+  const vec4 without_clouds = boundary[kLightOrdinates + 2u * pair + 1u];
   vec4 exit = vec4(0.0);
   if (end > first) entry = word_at(lines, end - kInterleaved);
   if (end > first) own = source_of(entry & kLineCell, -up);
@@ -95,7 +96,7 @@ void main() {
     const vec4 after = source_of(next & kLineCell, -up);
     pass_cell(entry & kLineCell, own, follows && leads ? 0.5 * (after - before) : vec4(0.0), length_m, -along,
               2u * pair + 1u, radiance);
-    exit += (entry & kLineEntersAtFloor) != 0u ? radiance - from_above : vec4(0.0);
+    exit += (entry & kLineEntersAtFloor) != 0u ? radiance - without_clouds : vec4(0.0);
     radiance = (entry & kLineEnters) != 0u ? from_above : radiance;
     before = own;
     own = after;

@@ -190,10 +190,12 @@ Swept sweep_on_device(const TestLattice& t) {
     buffer.write(std::as_bytes(std::span(values)));
     return buffer;
   };
+  std::vector<glm::vec4> both = t.boundary;  // what comes in, and what would without any cloud
+  both.insert(both.end(), t.boundary.begin(), t.boundary.end());
   const Buffer lattice = upload("lattice", std::vector{t.lattice}), pairs = upload("pairs", t.pairs),
                index = upload("index", index_of), sigmas = upload("sigma", sigma, 4 * kCells),
                beams = upload("beam", beam, 4 * kCells), sources = upload("source", source, 32 * kCells),
-               boundary = upload("boundary", t.boundary), lines(device, "lines", 40 * kCells),
+               boundary = upload("boundary", both), lines(device, "lines", 40 * kCells),
                lengths(device, "lengths", 40 * kSide * kSide), mean(device, "mean", 160 * kCells),
                exits(device, "exits", 160 * kSide * kSide);
   struct Push {

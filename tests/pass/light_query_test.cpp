@@ -70,8 +70,8 @@ TEST_CASE("light at a place is the light of a picture all around it: under, amon
   scene.clouds->wind_m_per_s = {0.0, 0.0};
   const RenderSettings settings{.width = kFacePx, .height = kFacePx, .quality = Quality::low, .ring_size_cells = 40};
   const auto renderer = renderer_of(scene, settings);
-  // Twice as far off below and above the clouds, where haze and horizon, which the field knows but by its ordinates,
-  // are most of what is seen. Low quality: cells of 75 m.
+  // Worse below and above the clouds, where haze and horizon, which the field knows but by its ordinates, are most of
+  // what is seen. Low quality: cells of 75 m.
   const std::pair<dvec3, double> places[] = {{dvec3(0, 0, 300), 0.3},
                                              {dvec3(700, -300, 1000), 0.2},
                                              {dvec3(-1500, 400, 1600), 0.1},
@@ -91,6 +91,43 @@ TEST_CASE("light at a place is the light of a picture all around it: under, amon
       CHECK(double{light->front().harmonics[0][c]} == doctest::Approx(expected[0][c]).epsilon(share));
       CHECK(std::sqrt(square) < share * expected[0][c]);
     }
+  }
+}
+
+TEST_CASE("sunlight on the ground is what the clouds let through above it, in every window and at every level") {
+  Scene scene;
+  scene.clouds->wind_m_per_s = {0.0, 0.0};
+  const auto renderer =
+      renderer_of(scene, {.width = kFacePx, .height = kFacePx, .quality = Quality::low, .ring_size_cells = 40});
+  const dvec3 sun = direction_from_angles(scene.sun.azimuth_rad, scene.sun.elevation_rad);
+  for (const double east_m : {0.0, 600.0, 1200.0}) {  // windows step by 600 m, from one store to the other and back
+    CameraState camera;
+    camera.position_m = {east_m, 0.0, 300.0};
+    renderer->render(camera, 0.0);
+    std::vector<dvec3> places;
+    for (int i = 0; i < 400; ++i) {
+      const dvec3 on_ground(east_m + 9000.0 * std::cos(2.4 * i) * i / 400.0, 9000.0 * std::sin(2.4 * i) * i / 400.0,
+                            0.0);
+      places.push_back(on_ground);
+      places.push_back(on_ground + 1120.0 / sun.z * sun);  // under the bases, from 1 200 m on
+    }
+    const auto light = renderer->light_at(places);
+    REQUIRE(light);
+    double square = 0.0;
+    int counted = 0, shaded = 0;
+    const auto apart_m = [&](const dvec3& p) { return std::max(std::abs(p.x - east_m), std::abs(p.y)); };
+    for (std::size_t i = 0; i < places.size(); i += 2) {
+      // Both in the finest window, or both in the next one: cells of another width make another light.
+      const double a_m = apart_m(places[i]), b_m = apart_m(places[i + 1]);
+      if (std::max(a_m, b_m) > 1700.0 && (std::min(a_m, b_m) < 2500.0 || std::max(a_m, b_m) > 5000.0)) continue;
+      ++counted;
+      square += std::pow(double{(*light)[i].sun_transmittance} - double{(*light)[i + 1].sun_transmittance}, 2);
+      shaded += (*light)[i].sun_transmittance < 0.5f;
+    }
+    CAPTURE(east_m);
+    CHECK(std::sqrt(square / counted) < 0.03);
+    CHECK(shaded > counted / 8);
+    CHECK(shaded < counted * 7 / 8);
   }
 }
 

@@ -125,7 +125,7 @@ TEST_CASE("what enters along an ordinate: the mean of what cells see, and the cl
                  ranges = upload("ranges", first_of),
                  pairs = upload("pairs", light_pairs(kSide, kHeight, double{kCellM}, double{kLayerM})),
                  sum = upload("sums", of_sweep), floor = upload("floor", std::vector<float>(1, 0.0f)),
-                 boundary(test_device(), "boundary", shared::kLightOrdinates * sizeof(glm::vec4));
+                 boundary(test_device(), "boundary", 2 * shared::kLightOrdinates * sizeof(glm::vec4));
     const SpecConstant without_air[] = {{0, false}};
     FrameBuilder frame(test_device());
     frame.compute({.name = "boundary",
