@@ -97,6 +97,8 @@ TEST_CASE("light at a place is the light of a picture all around it: under, amon
 TEST_CASE("sunlight on the ground is what the clouds let through above it, in every window and at every level") {
   Scene scene;
   scene.clouds->wind_m_per_s = {0.0, 0.0};
+  scene.clouds->base_m = 2600.0f;  // as many layers over the ground as a window has
+  scene.sun.elevation_rad = 1.3;
   const auto renderer =
       renderer_of(scene, {.width = kFacePx, .height = kFacePx, .quality = Quality::low, .ring_size_cells = 40});
   const dvec3 sun = direction_from_angles(scene.sun.azimuth_rad, scene.sun.elevation_rad);
@@ -109,7 +111,7 @@ TEST_CASE("sunlight on the ground is what the clouds let through above it, in ev
       const dvec3 on_ground(east_m + 9000.0 * std::cos(2.4 * i) * i / 400.0, 9000.0 * std::sin(2.4 * i) * i / 400.0,
                             0.0);
       places.push_back(on_ground);
-      places.push_back(on_ground + 1120.0 / sun.z * sun);  // under the bases, from 1 200 m on
+      places.push_back(on_ground + 2450.0 / sun.z * sun);  // under the bases
     }
     const auto light = renderer->light_at(places);
     REQUIRE(light);
