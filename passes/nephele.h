@@ -130,10 +130,10 @@ class Renderer {
   std::vector<shared::Particle> read_particles();
 
   // Light at places of the world (east, north, altitude in metres) among the clouds of the last frame, which must have
-  // finished: what a host needs to light things of its own as the clouds are lit. Among them it is as good
-  // as theirs, cell by cell; clouds that change are those of the nearest second; farther off than the light field's
-  // widest window it is what comes in at that window's border.  An error where light is from tables, where the
-  // scene has no clouds, or before the first frame.
+  // finished: what a host needs to light things of its own as the clouds are lit. Among them it is as good as
+  // theirs, cell by cell; clouds that change are those of the nearest second; farther off than the light field's widest
+  // window it is what comes in at that window's border. An error where light is from tables, where the scene has no
+  // clouds, or before the first frame.
   Result<std::vector<LightAt>> light_at(const std::vector<glm::dvec3>& places_m);
 
   const FrameStats& stats() const;

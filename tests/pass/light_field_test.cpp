@@ -252,12 +252,6 @@ RenderSettings small_settings() {
   return {.width = kWidth, .height = kHeightPx, .quality = Quality::low, .ring_size_cells = 40};
 }
 
-std::unique_ptr<Renderer> renderer_of(const Scene& scene, const RenderSettings& settings) {
-  auto renderer = Renderer::create(test_sky(), scene, settings);
-  REQUIRE(renderer);
-  return std::move(*renderer);
-}
-
 Scene small_field() {
   Scene scene;
   scene.clouds->coverage = 0.4f;

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <memory>
 #include <numbers>
 #include <random>
 #include <utility>
@@ -21,12 +20,6 @@ using namespace nephele::test;
 using glm::dvec3;
 
 namespace {
-
-std::unique_ptr<Renderer> renderer_of(const Scene& scene, const RenderSettings& settings) {
-  auto renderer = Renderer::create(test_sky(), scene, settings);
-  REQUIRE(renderer);
-  return std::move(*renderer);
-}
 
 constexpr std::uint32_t kFacePx = 24;
 

@@ -1,6 +1,8 @@
 #include "tests/support/test_tables.h"
 
 #include <map>
+#include <memory>
+#include <utility>
 
 #include "engine/check.h"
 #include "tests/support/test_device.h"
@@ -26,6 +28,12 @@ Sky& test_sky() {
     sky = std::move(*made);
   }
   return *sky;
+}
+
+std::unique_ptr<Renderer> renderer_of(const Scene& scene, const RenderSettings& settings) {
+  auto renderer = Renderer::create(test_sky(), scene, settings);
+  NEPHELE_CHECK(renderer, renderer ? "" : renderer.error().message);
+  return std::move(*renderer);
 }
 
 }  // namespace nephele::test
