@@ -123,7 +123,7 @@ std::span<const Setting> all_settings() {
       choice<&S::light>("light", "--light",
                         "Where scattered light comes from: one field, or each particle's own tables"),
       toggle<&S::detail>("detail", "--detail",
-                         "Fine noise at the particles' edges, which the path tracer's truth lacks"),
+                         "Particles with the structure of the air; off: smooth ones, by the table of optical depths"),
       row<&S::light_side_cells>("light_side_cells", "--light-side-cells", "Side of the light field's windows", "cells",
                                 WholeNumber{32, 256, 16, "the quality's own"}),
       row<&S::light_height_cells>("light_height_cells", "--light-height-cells", "Layers of the light field's windows",

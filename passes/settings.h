@@ -55,8 +55,8 @@ struct RenderSettings {
   std::uint32_t layer_count = 0;        // particles stacked in a cell, base included; 0: the quality's
   double crown_factor = 1;              // particles of the clouds' crowns, as a multiple of the quality's
   Light light = Light::field;
-  bool detail = true;                    // fine noise at the particles' edges, which the path tracer's truth lacks
-  std::uint32_t light_side_cells = 0;    // of the light field's windows; 0: the quality's
+  bool detail = true;                  // particles have the structure of the air (docs/shape.md); off: they are smooth
+  std::uint32_t light_side_cells = 0;  // of the light field's windows; 0: the quality's
   std::uint32_t light_height_cells = 0;  // their layers; 0: the quality's
   std::uint32_t light_cell_m = 0;        // width of the light field's finest cells; 0: the quality's
   std::uint32_t light_sweeps = 8;        // of the light field along all ordinates

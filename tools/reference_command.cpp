@@ -14,6 +14,7 @@
 #include "engine/check.h"
 #include "engine/device.h"
 #include "engine/image_io.h"
+#include "passes/kit/cloud_source.h"
 #include "passes/nephele.h"
 #include "shared/tonemap.h"
 #include "shared/world.h"
@@ -177,7 +178,11 @@ Result<void> run_reference(const ReferenceOptions& options) {
   if (options.sky_radiance) uniform_sky = glm::vec3(static_cast<float>(*options.sky_radiance));
   const truth::Surroundings surroundings(*scene, uniform_sky, highest_m(*particles, altitude_m));
   const truth::DensityLattice lattice(tables->parameters.particle_seed);
-  const truth::ExtinctionField field(*particles, altitude_m, surroundings.sun_direction(), lattice);
+  const glm::vec3 camera_grid_m =
+      shared::grid_place(shared::cloud_from_world(scene->camera.position_m - glm::dvec3(scene->world_origin_m, 0.0),
+                                                  scene_wind_m_per_s(*scene), options.time_s))
+          .grid_m;
+  const truth::ExtinctionField field(*particles, camera_grid_m, surroundings.sun_direction(), lattice);
   const truth::Phase phase(scene->phase);
   const truth::PathTracer tracer(field, surroundings, phase);
 

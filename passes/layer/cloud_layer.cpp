@@ -16,9 +16,8 @@ ImageDesc one_float(std::uint32_t width, std::uint32_t height, bool attachment =
   return {VK_FORMAT_R32_SFLOAT, width, height, 1, attachment};
 }
 
-const ComputeKernel& prepare_kernel(Workshop& make, Light light) {
-  const SpecConstant constants[] = {{kLightFieldConstant, light == Light::field}};
-  return make.compute(shaders::prepare_draw_comp, constants);
+const ComputeKernel& prepare_kernel(Workshop& make, const ShadingVariant& variant) {
+  return make.compute(shaders::prepare_draw_comp, variant.after({}));
 }
 
 std::uint32_t scaled(std::uint32_t pixels, std::uint32_t scale) { return (pixels + scale - 1) / scale; }
@@ -46,9 +45,9 @@ Backend resolve_backend(const DeviceInfo& device, Backend wanted) {
 }
 
 CloudLayer::CloudLayer(Workshop& make, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
-                       std::uint32_t visible_capacity, Light light, std::uint32_t march_steps)
+                       std::uint32_t visible_capacity, const ShadingVariant& variant, std::uint32_t march_steps)
     : scale_(size.scale),
-      prepare_(prepare_kernel(make, light)),
+      prepare_(prepare_kernel(make, variant)),
       scene_distance_(make.compute(shaders::scene_distance_comp)),
       draw_particles_(make.buffer("draw_particles", VkDeviceSize{visible_capacity} * sizeof(shared::DrawParticle))),
       layer_scene_(
@@ -62,11 +61,11 @@ CloudLayer::CloudLayer(Workshop& make, const GpuTables& tables, Size size, Backe
   NEPHELE_CHECK(backend != Backend::automatic && (blend == BlendMode::volume || backend == Backend::tiled),
                 backend_name(backend));
   if (march_steps > 0)
-    march_ = std::make_unique<RayMarch>(make, march_steps, width, height, visible_capacity, light == Light::field);
+    march_ = std::make_unique<RayMarch>(make, march_steps, width, height, visible_capacity, variant);
   else if (backend == Backend::tiled)
-    tiled_ = std::make_unique<TiledBlend>(make, tables, blend, width, height, visible_capacity, light == Light::field);
+    tiled_ = std::make_unique<TiledBlend>(make, tables, blend, width, height, visible_capacity, variant);
   else
-    raster_ = std::make_unique<RasterBlend>(make, backend, width, height, light == Light::field);
+    raster_ = std::make_unique<RasterBlend>(make, backend, width, height, variant);
   if (scale_ > 1 && size.full_layer) {
     full_color_ = &make.image("full_color", four_floats(size.width, size.height));
     full_depth_ = &make.image("full_depth", one_float(size.width, size.height));

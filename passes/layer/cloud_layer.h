@@ -37,7 +37,7 @@ class CloudLayer {
   // march_steps > 0: rays are marched (ray_march.h) and no backend blends; the draw order is by nearest points then.
   // The tables must outlive it.
   CloudLayer(Workshop& make, const GpuTables& tables, Size size, Backend backend, BlendMode blend,
-             std::uint32_t visible_capacity, Light light, std::uint32_t march_steps = 0);
+             std::uint32_t visible_capacity, const ShadingVariant& variant, std::uint32_t march_steps = 0);
 
   struct Inputs {
     const Buffer& frame_constants;

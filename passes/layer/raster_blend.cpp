@@ -13,9 +13,9 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-RasterDesc draw_desc(Backend backend, bool light_field) {
+RasterDesc draw_desc(Backend backend, const ShadingVariant& variant) {
   RasterDesc desc;
-  desc.constants = {{kLightFieldConstant, light_field}};
+  desc.constants = variant.after({});
   desc.vertex = &shaders::cloud_vert;
   if (backend == Backend::attachment) {
     desc.fragment = &shaders::cloud_frag_attachment;
@@ -40,8 +40,8 @@ std::array<std::uint32_t, 3> groups_of_8(const Image& image) {
 }  // namespace
 
 RasterBlend::RasterBlend(Workshop& make, Backend backend, std::uint32_t layer_width, std::uint32_t layer_height,
-                         bool light_field)
-    : backend_(backend), draw_(make.raster(draw_desc(backend, light_field))) {
+                         const ShadingVariant& variant)
+    : backend_(backend), draw_(make.raster(draw_desc(backend, variant))) {
   if (backend != Backend::alpha) state_.emplace(make_state(make, backend, layer_width, layer_height));
 }
 

@@ -19,7 +19,8 @@ class RasterBlend {
  public:
   // backend: interlock, attachment or alpha. The tables must outlive it. For alpha the layer's images are its render
   // targets: attachments.
-  RasterBlend(Workshop& make, Backend backend, std::uint32_t layer_width, std::uint32_t layer_height, bool light_field);
+  RasterBlend(Workshop& make, Backend backend, std::uint32_t layer_width, std::uint32_t layer_height,
+              const ShadingVariant& variant);
 
   struct Inputs {
     const Buffer& frame_constants;

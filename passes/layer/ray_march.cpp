@@ -4,18 +4,17 @@
 namespace nephele {
 namespace {
 
-const ComputeKernel& march_kernel(Workshop& make, std::uint32_t steps, bool light_field) {
-  const SpecConstant constants[] = {{0, steps}, {kLightFieldConstant, light_field}};
-  return make.compute(shaders::cloud_march_comp, constants);
+const ComputeKernel& march_kernel(Workshop& make, std::uint32_t steps, const ShadingVariant& variant) {
+  return make.compute(shaders::cloud_march_comp, variant.after({{0, steps}}));
 }
 
 }  // namespace
 
 RayMarch::RayMarch(Workshop& make, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
-                   std::uint32_t visible_capacity, bool light_field)
-    : march_(march_kernel(make, steps, light_field)),
+                   std::uint32_t visible_capacity, const ShadingVariant& variant)
+    : march_(march_kernel(make, steps, variant)),
       reconstruct_(make.compute(shaders::march_reconstruct_comp)),
-      lists_(make, "march_tiles", ScreenLists::Extent::whole, layer_width, layer_height, visible_capacity),
+      lists_(make, "march_tiles", layer_width, layer_height, visible_capacity),
       marched_(make.image("marched", {VK_FORMAT_R32G32B32A32_SFLOAT, layer_width, layer_height})),
       marched_noise_(make.image("marched_noise", {VK_FORMAT_R16G16B16A16_SFLOAT, layer_width, layer_height})) {}
 

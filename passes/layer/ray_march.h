@@ -19,7 +19,7 @@ class RayMarch {
  public:
   // steps: how many a marched ray takes across eight particle diameters (16 coarse, 512 fine).
   RayMarch(Workshop& make, std::uint32_t steps, std::uint32_t layer_width, std::uint32_t layer_height,
-           std::uint32_t visible_capacity, bool light_field);
+           std::uint32_t visible_capacity, const ShadingVariant& variant);
 
   struct Inputs {
     const Buffer& frame_constants;

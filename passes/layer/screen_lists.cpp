@@ -28,17 +28,12 @@ std::uint32_t room_for_pairs(const Workshop& make, VkDeviceSize tiles, VkDeviceS
                                               make.device().info().max_storage_buffer_bytes / bytes_per_pair}));
 }
 
-const ComputeKernel& bounds_kernel(Workshop& make, ScreenLists::Extent extent) {
-  const SpecConstant constants[] = {{0, static_cast<std::uint32_t>(extent)}};
-  return make.compute(shaders::screen_tiles_comp, constants);
-}
-
 }  // namespace
 
-ScreenLists::ScreenLists(Workshop& make, const std::string& name, Extent extent, std::uint32_t layer_width,
-                         std::uint32_t layer_height, std::uint32_t visible_capacity, VkDeviceSize bytes_per_pair)
+ScreenLists::ScreenLists(Workshop& make, const std::string& name, std::uint32_t layer_width, std::uint32_t layer_height,
+                         std::uint32_t visible_capacity, VkDeviceSize bytes_per_pair)
     : name_(name),
-      kernel_(bounds_kernel(make, extent)),
+      kernel_(make.compute(shaders::screen_tiles_comp)),
       columns_(tiles_across(layer_width)),
       rows_(tiles_across(layer_height)),
       pairs_(make, name, visible_capacity, room_for_pairs(make, columns_ * rows_, visible_capacity, bytes_per_pair),

@@ -15,14 +15,9 @@ namespace nephele {
 
 class ScreenLists {
  public:
-  // Which part of a particle the lists are for: all of it, or the part that shading's detail leaves visible
-  // (shown_radius in screen_bounds.h).
-  enum class Extent : std::uint32_t { shown, whole };
-
   // bytes_per_pair: of the largest buffer that the user keeps for pairs; it limits how many there are room for.
-  ScreenLists(Workshop& make, const std::string& name, Extent extent, std::uint32_t layer_width,
-              std::uint32_t layer_height, std::uint32_t visible_capacity,
-              VkDeviceSize bytes_per_pair = sizeof(std::uint32_t));
+  ScreenLists(Workshop& make, const std::string& name, std::uint32_t layer_width, std::uint32_t layer_height,
+              std::uint32_t visible_capacity, VkDeviceSize bytes_per_pair = sizeof(std::uint32_t));
 
   TileLists add(FrameBuilder& frame, const Buffer& frame_constants, const Buffer& draw_particles,
                 const Buffer& counters);

@@ -2,10 +2,13 @@
 // (shaders/layer/shading_inputs.glsl).
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <vector>
 
 #include "engine/frame.h"
+#include "engine/kernel.h"
 #include "lut/gpu_tables.h"
 #include "passes/layer/shading_volumes.h"
 
@@ -17,12 +20,26 @@ struct ShadingInputs {
   const Image& light_radiance;  // LightField's; a dummy where light comes from tables
 };
 
-// The shaders' specialisation constant that chooses between light from the field and from tables.
-inline constexpr std::uint32_t kLightFieldConstant = 20;
+// What shaders are compiled for; a CPU pays for code that no particle needs.
+struct ShadingVariant {
+  bool light_field = true;       // light from the field, not from tables
+  bool smooth_particles = true;  // there may be reference particles without structure
+
+  std::array<SpecConstant, 2> constants() const {
+    return {SpecConstant{20, light_field}, SpecConstant{21, smooth_particles}};
+  }
+  // After those of a shader's own.
+  std::vector<SpecConstant> after(std::initializer_list<SpecConstant> own) const {
+    std::vector<SpecConstant> all(own);
+    for (const SpecConstant& constant : constants()) all.push_back(constant);
+    return all;
+  }
+};
 
 // Light and density at places.
 inline void append_light_bindings(std::vector<Binding>& bindings, const ShadingInputs& inputs) {
   bindings.emplace_back(17, inputs.tables.multiple_scattering(), Access::sampled);
+  bindings.emplace_back(18, inputs.volumes.structure_tile(), Access::sampled, Sampler::linear_repeat);
   bindings.emplace_back(19, inputs.volumes.particle_density(), Access::sampled);
   bindings.emplace_back(20, inputs.light_radiance, Access::sampled);
   bindings.emplace_back(21, inputs.tables.near_beam(), Access::sampled);
@@ -35,7 +52,6 @@ inline void append_chord_bindings(std::vector<Binding>& bindings, const ShadingI
     bindings.emplace_back(16, inputs.tables.packed_optical_depth(), Access::words);
   else
     bindings.emplace_back(16, inputs.tables.optical_depth(), Access::sampled);
-  bindings.emplace_back(18, inputs.volumes.detail_noise(), Access::sampled, Sampler::linear_repeat);
 }
 
 }  // namespace nephele

@@ -2,23 +2,26 @@
 
 #include "engine/frame.h"
 #include "nephele_shaders.h"
+#include "shared/structure.h"
 
 namespace nephele {
 namespace {
 
-constexpr std::uint32_t kNoiseTexels = 64, kDensityVertices = 96;  // a side
+constexpr std::uint32_t kDensityVertices = 96;  // a side
 
 }  // namespace
 
 ShadingVolumes::ShadingVolumes(Kernels& kernels, std::uint32_t particle_seed)
-    : detail_noise_(kernels.device(), "detail_noise", {VK_FORMAT_R8_UNORM, kNoiseTexels, kNoiseTexels, kNoiseTexels}),
+    : structure_tile_(
+          kernels.device(), "structure_tile",
+          {VK_FORMAT_R8_UNORM, shared::kStructureTexels, shared::kStructureTexels, shared::kStructureTexels}),
       particle_density_(kernels.device(), "particle_density",
                         {VK_FORMAT_R16_SFLOAT, kDensityVertices, kDensityVertices, kDensityVertices}) {
   FrameBuilder frame(kernels.device());
-  frame.compute({.name = "detail_noise",
-                 .kernel = &kernels.compute(shaders::detail_noise_comp),
-                 .bindings = {{0, detail_noise_, Access::storage_write}},
-                 .groups = {kNoiseTexels / 4, kNoiseTexels / 4, kNoiseTexels / 4}});
+  frame.compute({.name = "structure_tile",
+                 .kernel = &kernels.compute(shaders::structure_tile_comp),
+                 .bindings = {{0, structure_tile_, Access::storage_write}},
+                 .groups = {shared::kStructureTexels / 4, shared::kStructureTexels / 4, shared::kStructureTexels / 4}});
   frame.compute({.name = "particle_density",
                  .kernel = &kernels.compute(shaders::particle_density_comp),
                  .bindings = {{0, particle_density_, Access::storage_write}},

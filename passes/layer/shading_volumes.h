@@ -1,7 +1,7 @@
-// Volumes that shading samples and that are the same for all renderers and scenes: the fine noise that particles have
-// at their edges, and the density inside the reference particle.
+// Volumes that shading samples and that are the same for all renderers and scenes: the tile of the air's structure
+// (shaders/shared/structure.h), and the density inside the smooth reference particle.
 //
-// writes -> R8 image of 64^3; R16F image of 96^3
+// writes -> R8 image of 128^3; R16F image of 96^3
 // cost: once, at the start.
 #pragma once
 
@@ -17,11 +17,11 @@ class ShadingVolumes {
   // Made when this returns. particle_seed: of the reference particle (TableParameters).
   ShadingVolumes(Kernels& kernels, std::uint32_t particle_seed);
 
-  const Image& detail_noise() const { return detail_noise_; }          // one period
+  const Image& structure_tile() const { return structure_tile_; }      // one period
   const Image& particle_density() const { return particle_density_; }  // shaders/layer/particle_density.comp
 
  private:
-  Image detail_noise_, particle_density_;
+  Image structure_tile_, particle_density_;
 };
 
 }  // namespace nephele

@@ -14,12 +14,9 @@ using shared::FrameCounters;
 namespace {
 
 // listed: for the tiles of a list, not all with short lists.
-const ComputeKernel& shade_kernel(Workshop& make, const ShaderCode& code, bool listed, bool light_field) {
-  const SpecConstant constants[] = {{0, make.device().tuning().exact_places},
-                                    {1, listed},
-                                    {2, shared::kShortPlaces},
-                                    {kLightFieldConstant, light_field}};
-  return make.compute(code, constants);
+const ComputeKernel& shade_kernel(Workshop& make, const ShaderCode& code, bool listed, const ShadingVariant& variant) {
+  return make.compute(
+      code, variant.after({{0, make.device().tuning().exact_places}, {1, listed}, {2, shared::kShortPlaces}}));
 }
 
 // Longest list that shade_short_kernel takes.
@@ -29,26 +26,25 @@ std::uint32_t short_list(const Workshop& make, BlendMode mode) {
 }
 
 // A column of pixels a thread, or a pixel.
-const ComputeKernel& shade_short_kernel(Workshop& make, const GpuTables& tables, BlendMode mode, bool light_field) {
+const ComputeKernel& shade_short_kernel(Workshop& make, const GpuTables& tables, BlendMode mode,
+                                        const ShadingVariant& variant) {
   const bool volume = mode == BlendMode::volume;
   if (!make.device().tuning().pixel_columns)
     return shade_kernel(make, volume ? shaders::cloud_tiles_comp_volume : shaders::cloud_tiles_comp_exact, false,
-                        light_field);
-  const SpecConstant constants[] = {
-      {2, short_list(make, mode)}, {10, tables.optical_depth().desc().width}, {kLightFieldConstant, light_field}};
-  return make.compute(volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact, constants);
+                        variant);
+  return make.compute(volume ? shaders::cloud_columns_comp_volume : shaders::cloud_columns_comp_exact,
+                      variant.after({{2, short_list(make, mode)}, {10, tables.optical_depth().desc().width}}));
 }
 
-const ComputeKernel& shade_long_kernel(Workshop& make, BlendMode mode, bool light_field) {
+const ComputeKernel& shade_long_kernel(Workshop& make, BlendMode mode, const ShadingVariant& variant) {
   return shade_kernel(
       make, mode == BlendMode::exact ? shaders::cloud_tiles_comp_exact_long : shaders::cloud_tiles_comp_volume, true,
-      light_field);
+      variant);
 }
 
-const ComputeKernel& shade_page_kernel(Workshop& make, BlendMode mode, bool light_field) {
-  const SpecConstant constants[] = {{1, true}, {kLightFieldConstant, light_field}};
+const ComputeKernel& shade_page_kernel(Workshop& make, BlendMode mode, const ShadingVariant& variant) {
   return make.compute(mode == BlendMode::exact ? shaders::cloud_pages_comp_exact : shaders::cloud_pages_comp_volume,
-                      constants);
+                      variant.after({{1, true}}));
 }
 
 // What cloud_pages.comp keeps of a tile's pixels between two pages.
@@ -65,13 +61,12 @@ VkDeviceSize bytes_per_pair(BlendMode mode) {
 }  // namespace
 
 TiledBlend::TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
-                       std::uint32_t layer_height, std::uint32_t visible_capacity, bool light_field)
+                       std::uint32_t layer_height, std::uint32_t visible_capacity, const ShadingVariant& variant)
     : masks_kernel_(make.compute(shaders::screen_masks_comp)),
       begins_kernel_(make.compute(shaders::screen_begins_comp)),
-      shade_short_(shade_short_kernel(make, tables, mode, light_field)),
-      shade_long_(shade_long_kernel(make, mode, light_field)),
-      lists_(make, "screen_tiles", ScreenLists::Extent::shown, layer_width, layer_height, visible_capacity,
-             bytes_per_pair(mode)),
+      shade_short_(shade_short_kernel(make, tables, mode, variant)),
+      shade_long_(shade_long_kernel(make, mode, variant)),
+      lists_(make, "screen_tiles", layer_width, layer_height, visible_capacity, bytes_per_pair(mode)),
       short_list_(short_list(make, mode)),
       pages_(visible_capacity > shared::kPagePlaces ? (visible_capacity + shared::kPagePlaces - 1) / shared::kPagePlaces
                                                     : 0),
@@ -82,12 +77,12 @@ TiledBlend::TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, 
       paged_tiles_(make.buffer("screen_paged_tiles", long_tiles_.bytes())) {
   // Tables and scene aside, a renderer may be asked for the other blend at any time: its kernels are ready, too.
   for (const BlendMode either : {BlendMode::volume, BlendMode::exact}) {
-    shade_short_kernel(make, tables, either, light_field);
-    shade_long_kernel(make, either, light_field);
-    shade_page_kernel(make, either, light_field);
+    shade_short_kernel(make, tables, either, variant);
+    shade_long_kernel(make, either, variant);
+    shade_page_kernel(make, either, variant);
   }
   if (pages_ == 0) return;
-  shade_page_ = &shade_page_kernel(make, mode, light_field);
+  shade_page_ = &shade_page_kernel(make, mode, variant);
   paged_pixels_ =
       &make.buffer("screen_paged_pixels", (lists_.pair_capacity() / shared::kPagePlaces) * paged_tile_bytes(mode));
 }

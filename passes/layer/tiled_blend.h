@@ -19,7 +19,7 @@ namespace nephele {
 class TiledBlend {
  public:
   TiledBlend(Workshop& make, const GpuTables& tables, BlendMode mode, std::uint32_t layer_width,
-             std::uint32_t layer_height, std::uint32_t visible_capacity, bool light_field);
+             std::uint32_t layer_height, std::uint32_t visible_capacity, const ShadingVariant& variant);
 
   struct Inputs {
     const Buffer& frame_constants;

@@ -31,7 +31,7 @@ shared::PlacedParticle placed(const ListedParticle& p, const Placement& at, cons
   result.extinction_per_m = p.extinction_per_m * p.density / scale;
   result.orientation = p.orientation ? shared::pack_orientation(*p.orientation) : shared::kIdentityOrientation;
   result.flags = (reference ? 0u : shared::kParticleHomogeneous) | (p.radiance ? shared::kParticleEmissive : 0u) |
-                 (reference && !p.radiance ? shared::kParticleDetail : 0u);
+                 (reference ? shared::kParticleDetail : 0u);
   result.base_m = p.base_m ? altitude_m(*p.base_m) : shared::kNoBaseM;
   result.top_m = altitude_m(p.top_m ? static_cast<double>(*p.top_m) : p.center_m.z + static_cast<double>(p.radius_m.z));
   result.radiance_per_sr = p.radiance.value_or(glm::vec3(0.0f));

@@ -96,7 +96,8 @@ DrawParticle draw_particle_from(uvec4 texels[10]) {
   p.field_place = t[8].xyz;
   p.own_depth_share = t[8].w;
   p.field_per_m = t[9].xy;
-  p.unused = t[9].zw;
+  p.structure_depth = t[9].z;
+  p.mean_radius_m = t[9].w;
   return p;
 }
 

@@ -28,6 +28,7 @@ layout(scalar, set = 0, binding = 2) readonly buffer Ranges { uvec2 ranges[]; };
 WORDS(3, list);    // a tile's particles, nearest first
 WORDS(4, near_m);  // no point of the particle is nearer
 layout(set = 0, binding = 17) uniform sampler3D multiple_table;
+layout(set = 0, binding = 18) uniform sampler3D structure_tile_volume;
 layout(set = 0, binding = 19) uniform sampler3D particle_density;
 layout(set = 0, binding = 7) uniform sampler2D layer_scene;  // metres to what stands behind
 layout(scalar, set = 0, binding = 8) buffer Counters { FrameCounters counters; };
@@ -43,6 +44,7 @@ WORDS(11, pixels);                                        // that the particle m
 #include "layer/field_light.glsl"
 #include "layer/density_fetch.glsl"
 #include "layer/particle_light.glsl"
+#include "layer/structure_fetch.glsl"
 
 // A ray takes kSteps steps across eight particle diameters. Steps grow with the particles, which double in size from
 // ring to ring of the grid.
@@ -54,6 +56,7 @@ struct Candidate {
   float near_m, far_m;
   float extinction_per_m, base_m;
   float step_m;
+  float structure_depth;
   bool homogeneous;
   vec3 to_sun;                           // unit, reference space
   float sun_radius_m;                    // of the ellipsoid along the sun's rays
@@ -109,6 +112,7 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
   c.start = nearest - along * c.step;
   c.extinction_per_m = p.extinction_per_m;
   c.base_m = p.base_m;
+  c.structure_depth = p.structure_depth;
   c.homogeneous = (p.flags & kParticleHomogeneous) != 0u;
   c.step_m = kStepsThroughDiameters * 2.0 / (float(kSteps) * length(c.step));
   light_candidate(p, direction, nearest + mid * c.step, half_chord, c);
@@ -125,10 +129,13 @@ struct Sample {
   bool matter;
 };
 
-void add_candidate(Candidate c, float at_m, float altitude, inout Sample s) {
+// noise: the air's structure there.
+void add_candidate(Candidate c, float at_m, float altitude, float noise, inout Sample s) {
   if (at_m < c.near_m || at_m > c.far_m) return;
   const vec3 p = c.start + at_m * c.step;
-  float density = c.homogeneous ? 1.0 : density_in_particle(p);
+  float density = c.homogeneous             ? 1.0
+                  : c.structure_depth > 0.0 ? structured_density(dot(p, p), displaced_radius(c.structure_depth, noise))
+                                            : density_in_particle(p);
   if (has_base(c.base_m)) density *= base_fade(altitude - c.base_m);
   if (density <= 0.0) return;
   s.matter = s.matter || density > kFirstMatterDensity;
@@ -251,13 +258,14 @@ void main() {
     end_m = max(min(end_m, limit_m), t + max(1e-6, 2e-7 * t));  // never without moving on
     const float at_m = mix(t, end_m, jitter);
     const float altitude = altitude_m(direction * at_m, frame.camera_grid_m.z);
+    const float noise = structure_at(direction * at_m, pixel_width_m(at_m));
     Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), false);
-    for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, s);
+    for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, noise, s);
     lookups += open_count;
     // What has begun without finding a slot is met anew at every sample: slow, and complete.
     for (uint i = place; i < range.y && float_at(near_m, word_at(list, i)) <= at_m; ++i) {
       Candidate c;
-      if (make_candidate(word_at(list, i), direction, t, limit_m, c)) add_candidate(c, at_m, altitude, s);
+      if (make_candidate(word_at(list, i), direction, t, limit_m, c)) add_candidate(c, at_m, altitude, noise, s);
       ++lookups;
     }
     if (s.extinction_per_m > 0.0) {

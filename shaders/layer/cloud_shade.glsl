@@ -17,48 +17,8 @@
 #include "layer/shading_inputs.glsl"
 #include "layer/density_fetch.glsl"
 #include "layer/particle_light.glsl"
+#include "layer/structure_fetch.glsl"
 #include "layer/table_fetch.glsl"
-
-// Fine structure at the first matter: tiling noise in the air's frame, two periods that never line up. It gives the
-// smooth particles of the optical depth table their ragged outlines.
-NEPHELE_CONST(float, kDetailMean, 0.5);  // mean of the noise
-NEPHELE_CONST(float, kErosion, 0.1);     // mean of Detail.erosion
-
-struct Detail {
-  float erosion;  // chords of a lower mean density (over the peak) are empty
-  float relief;   // factor of the radiance: bumps that face the sun are brighter
-};
-
-NEPHELE_CONST(float, kDetailCoarse, 589.0 / 94208.0);  // tiles per metre: a whole number a grid unit (world.h)
-NEPHELE_CONST(float, kDetailFine, 1812.0 / 94208.0);
-NEPHELE_CONST(float, kRelief, 147.0 / 94208.0);
-NEPHELE_CONST(float, kReliefStepM, 45.0);
-
-Detail detail_at(vec3 p_render, float distance_m) {
-  vec3 p = vec3(frame.camera_grid_m.xy, frame.camera_grid_m.z) + p_render;
-  vec3 fine_p = vec3(p.y, p.z, p.x) * kDetailFine;
-  // A pixel wider than the structure would see it alias: it fades to its mean first.
-  float pixel_m =
-      distance_m * 2.0 /
-      (length(vec3(frame.clip_from_render[0][1], frame.clip_from_render[1][1], frame.clip_from_render[2][1])) *
-       float(frame.layer_size_px.y));
-  // From within, a cloud is plain fog: structure at arm's length would be contour lines of the particles' tables.
-  float beyond = smoothstep(40.0, 300.0, distance_m);
-  float coarse_share = beyond * (1.0 - smoothstep(6.0, 24.0, pixel_m));
-  float fine_share = beyond * (1.0 - smoothstep(2.0, 8.0, pixel_m));
-  float lump_share = beyond * (1.0 - smoothstep(25.0, 100.0, pixel_m));
-  Detail detail = Detail(kErosion, 1.0);
-  if (lump_share > 0.0) {
-    float lump = textureLod(detail_noise, p * kRelief, 0.0).x;
-    float sunward = textureLod(detail_noise, (p + kReliefStepM * frame.sun_direction) * kRelief, 0.0).x;
-    float coarse = coarse_share > 0.0 ? textureLod(detail_noise, p * kDetailCoarse, 0.0).x - kDetailMean : 0.0;
-    float fine = fine_share > 0.0 ? textureLod(detail_noise, fine_p, 0.0).x - kDetailMean : 0.0;
-    float noise = 0.5 * lump_share * (lump - kDetailMean) + 0.35 * coarse_share * coarse + 0.15 * fine_share * fine;
-    detail.relief = clamp(1.0 + lump_share * 0.45 * (lump - sunward) + 0.2 * coarse_share * coarse, 0.6, 1.4);
-    detail.erosion = kErosion * clamp(1.0 - 7.0 * noise, 0.1, 2.5);
-  }
-  return detail;
-}
 
 // Cuts [near_m, far_m] to what lies above the flat base and thins it near the base; false when nothing is left.
 bool cut_at_base(float base_m, vec3 direction, inout float near_m, inout float far_m, inout float thinning) {
@@ -88,8 +48,22 @@ float own_depth_to_sun(DrawParticle p, vec3 from_center_m) {
   return others + p.extinction_per_m * sun_radius_m * max(self, 0.0);
 }
 
+// Optical depth that the structure of the particle's surface adds between a place in it and the sun: the way to the
+// displaced surface less the way to the mean one, both through matter as dense as along the ray. noise: at the place.
+float depth_of_structure(DrawParticle p, vec3 from_center_m, float density_per_m, float pixel_m) {
+  const vec3 towards_sun = p.reference_from_render * frame.sun_direction, at = p.reference_from_render * from_center_m;
+  const float sun_radius_m = 1.0 / length(towards_sun);
+  const float along = sun_radius_m * dot(at, towards_sun), b2 = dot(at, at) - along * along;
+  const float mean = displaced_radius(p.structure_depth, kStructureMean);
+  const float mean_way = max(sqrt(max(mean * mean - b2, 0.0)) - along, 0.0);
+  const vec3 exit_m = from_center_m + max(mean_way, 0.15) * sun_radius_m * frame.sun_direction;
+  const float radius = displaced_radius(p.structure_depth, structure_at(p.center_m + exit_m, pixel_m));
+  const float way = max(sqrt(max(radius * radius - b2, 0.0)) - along, 0.0);
+  return density_per_m * sun_radius_m * (way - mean_way);
+}
+
 // Source radiance of a segment that is lit as it is at_m metres from the camera.
-vec3 radiance_from_field(DrawParticle p, vec3 direction, float at_m) {
+vec3 radiance_from_field(DrawParticle p, vec3 direction, float at_m, float density_per_m, float pixel_m) {
   const vec3 from_center_m = direction * at_m - p.center_m;
   const float mu = dot(frame.sun_direction, direction);
   const vec4 seen = textureLod(light_radiance, p.field_place + from_center_m * field_scale_per_m(p), 0.0);
@@ -97,6 +71,8 @@ vec3 radiance_from_field(DrawParticle p, vec3 direction, float at_m) {
   // A loop of at most one round: unlike a branch a CPU leaves it out where none of eight threads needs it.
   for (float left = p.own_depth_share; left > 0.0; left = 0.0)
     tau = mix(tau, own_depth_to_sun(p, from_center_m), p.own_depth_share);
+  for (float left = p.structure_depth; left > 0.0; left = 0.0)
+    tau = max(tau + depth_of_structure(p, from_center_m, density_per_m, pixel_m), 0.0);
   const float once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g);
   return source_radiance_in_field(p.sun_irradiance, mu, once_per_sr, tau, seen.rgb);
 }
@@ -129,10 +105,60 @@ vec2 fetch_matter(vec3 entry, vec3 exit) {
 #endif
 }
 
-// Samples of the density along a chord of which the eye or a base hides a part. From within they show the noise between
-// the eye and the far side at its true size; three more than three along a cut chord took overcast skies' relMSE from
-// .0151 to .0141 and a tenth more of the layer's time.
-const uint kInsideSamples = 12u, kCutSamples = 3u;
+// Samples of the density along a visible chord are this far apart, and so many at most and at least; where the eye is
+// in a smooth particle, or a base hides a part of one, so many. Numbers are real: the last sample stands for what is
+// left, so that nothing jumps as a chord grows.
+const float kStepM = 45.0, kMostSamples = 8.0, kFewestSamples = 3.0, kInsideSamples = 12.0, kCutSamples = 3.0;
+const float kNearM = 400.0, kNearStepM = 20.0, kMostNearSamples = 24.0;  // nearer than this they are denser
+const float kOpaqueDepth = 5.0;  // the rest of a chord behind it is not asked for
+
+// The chord of a ray through a particle's unit sphere: start + (t - along_m) * step at t metres, closest to the centre
+// at mid_m, where the squared distance is b2.
+struct UnitChord {
+  vec3 start, step;
+  float along_m, mid_m, b2;
+};
+
+// The particle's matter between two places of a ray, measured: the stretch becomes the one over which matter of the
+// same optical depth would have the same middle and spread if it were even, and its mean extinction is returned.
+//
+// A pixel sees an outline within its width as the share of it that is covered. So a ball with structure is looked at
+// half a pixel larger than it is, and its opacity rises from nothing at that outline to its own a pixel farther in.
+float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float step_m, inout float near_m,
+                          inout float far_m) {
+  const float step2 = dot(chord.step, chord.step);
+  const float base_near_m = altitude_m(direction * near_m, frame.camera_grid_m.z) - p.base_m;
+  const float climb =
+      (altitude_m(direction * far_m, frame.camera_grid_m.z) - p.base_m - base_near_m) / (far_m - near_m);
+  const StructureRay structure = structure_ray(direction, 0.5 * (near_m + far_m), near_m);
+  const float half_pixel = min(0.5 * structure.pixel_m / p.mean_radius_m, 0.3);
+  float deepest = 0.0;                         // in the ball along the ray, in its radii
+  float sum = 0.0, first = 0.0, second = 0.0;  // moments of matter along the ray, from near_m
+  for (float t = 0.0; t < far_m - near_m && sum * p.extinction_per_m < kOpaqueDepth; t += step_m) {
+    const float length_m = min(step_m, far_m - near_m - t), at = t + 0.5 * length_m;
+    const float at_m = near_m + at, from_mid_m = at_m - chord.mid_m;
+    float density = 0.0;
+    if (p.structure_depth > 0.0) {
+      const float r2 = chord.b2 + from_mid_m * from_mid_m * step2;
+      const float radius = min(displaced_radius(p.structure_depth, structure_on(structure, at_m)) + half_pixel, 1.0);
+      density = structured_density(r2, radius);
+      deepest = max(deepest, radius - sqrt(r2));
+    }
+    if (kSmoothParticles && p.structure_depth <= 0.0)
+      density = density_in_particle(chord.start + (at_m - chord.along_m) * chord.step);
+    const float matter = density * base_fade(base_near_m + climb * at) * length_m;
+    sum += matter;
+    first += matter * at;
+    second += matter * (at * at + length_m * length_m * (1.0 / 12.0));
+  }
+  if (sum <= 0.0) return 0.0;
+  const float middle = first / sum, half_m = sqrt(max(3.0 * (second / sum - middle * middle), 1e-4));
+  far_m = min(near_m + middle + half_m, far_m);
+  near_m = max(near_m + middle - half_m, near_m);
+  const float depth = p.extinction_per_m * sum;
+  const float covered = p.structure_depth > 0.0 ? min(0.5 * deepest / max(half_pixel, 1e-6), 1.0) : 1.0;
+  return (covered < 1.0 ? -log(1.0 - covered * opacity_of(depth)) : depth) / (far_m - near_m);
+}
 
 // The particle's visible segment along the ray up to limit_m; false when there is none.
 bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegment segment) {
@@ -148,45 +174,43 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   float far_m = min(chord_far, limit_m);
   if (far_m <= near_m) return false;
 
-  vec3 closest = start + mid * step;
-  vec3 entry = normalize(closest - half_chord * step);
-  vec3 exit = normalize(closest + half_chord * step);
-  float h = min(half_chord * length(step), 1.0);
-  if ((p.flags & kParticleDetail) != 0u && h < kRimFrom) return false;  // the detail erodes what little is there
-  bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
-  vec2 matter = homogeneous ? vec2(1.0, 0.0) : fetch_matter(entry, exit);
-  float tau_chord = matter.x * p.extinction_per_m * 2.0 * half_chord;
-  float matter_near = chord_near + matter.y * 2.0 * half_chord;
-  float density = tau_chord / max(chord_far - matter_near, 1e-3 * half_chord);
-  near_m = max(near_m, matter_near);
+  const vec3 closest = start + mid * step;
+  const vec3 entry = normalize(closest - half_chord * step), exit = normalize(closest + half_chord * step);
+  const float h = min(half_chord * length(step), 1.0);
+  const float pixel_m = pixel_width_m(max(near_m, 0.0));
+  const bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
+  const bool structured = p.structure_depth > 0.0;
+  // What the table knows of the chord.
+  float density = p.extinction_per_m;
+  if (kSmoothParticles && !homogeneous && !structured) {
+    const vec2 matter = fetch_matter(entry, exit);
+    const float matter_near = chord_near + matter.y * 2.0 * half_chord;
+    density = matter.x * p.extinction_per_m * 2.0 * half_chord / max(chord_far - matter_near, 1e-3 * half_chord);
+    near_m = max(near_m, matter_near);
+  }
   float thinning = 1.0;
   if (far_m <= near_m || density <= 0.0) return false;
   if (has_base(p.base_m) && !cut_at_base(p.base_m, direction, near_m, far_m, thinning)) return false;
   if (homogeneous) {
     density *= thinning;
   } else {
-    // A chord of which a part is hidden has not that part's share of its matter: what is left is measured. (A loop of
-    // no round where the whole chord is seen: a CPU leaves it out for eight threads.)
+    // A chord of which a part is hidden has not that part's share of its matter: what is left is measured, and so is
+    // what has structure.
     const bool whole = chord_near >= 0.0 && far_m >= chord_far && thinning > 0.9999;
-    const uint samples = whole ? 0u : (chord_near < 0.0 ? kInsideSamples : kCutSamples);
-    float sum = 0.0;
-    for (uint i = 0u; i < samples; ++i) {
-      const float at_m = mix(near_m, far_m, (float(i) + 0.5) / float(samples));
-      const float above_base_m = altitude_m(direction * at_m, frame.camera_grid_m.z) - p.base_m;
-      sum += base_fade(above_base_m) * density_in_particle(start + step * (at_m - along));
-    }
-    density = whole ? density : p.extinction_per_m * sum / float(samples);
+    const float length_m = far_m - near_m;
+    const float away = smoothstep(0.0, kNearM, near_m);
+    const float step_m = structured
+                             ? clamp(mix(kNearStepM, kStepM, away),
+                                     length_m / mix(kMostNearSamples, kMostSamples, away), length_m / kFewestSamples)
+                             : length_m / (chord_near < 0.0 ? kInsideSamples : kCutSamples) + 1e-6 * far_m;
+    if (structured || !whole)
+      density = measured_extinction(p, UnitChord(start, step, along, along + mid, dot(closest, closest)), direction,
+                                    step_m, near_m, far_m);
   }
   if (density <= 0.0) return false;
 
-  float relief = 1.0;
-  if ((p.flags & kParticleDetail) != 0u) {
-    float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
-    Detail detail = detail_at(direction * at_m, at_m);
-    density *= smoothstep(0.5 * detail.erosion, 1.5 * detail.erosion, matter.x);
-    relief = detail.relief;
-    if (density <= 0.0) return false;
-  }
+  if (density <= 0.0) return false;
+
   segment.extinction_per_m = density;
   segment.near_m = near_m;
   segment.far_m = far_m;
@@ -196,10 +220,10 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   }
   if (density * (far_m - near_m) < 1e-4) return false;  // not worth its light
   float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
-  segment.radiance = relief * (kLightField ? radiance_from_field(p, direction, at_m)
-                                           : radiance_from_tables(p, direction, at_m, entry, h,
-                                                                  dot(p.light_direction, -normalize(step)),
-                                                                  density * 2.0 * half_chord));
+  segment.radiance = kLightField
+                         ? radiance_from_field(p, direction, at_m, density, pixel_m)
+                         : radiance_from_tables(p, direction, at_m, entry, h, dot(p.light_direction, -normalize(step)),
+                                                density * 2.0 * half_chord);
   return true;
 }
 

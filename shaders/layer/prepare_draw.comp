@@ -8,6 +8,7 @@
 #include "shared/flat_base.h"
 #include "kit/texels.glsl"
 #include "shared/light_lattice.h"
+#include "shared/structure.h"
 #include "shared/world.h"
 #include "kit/light_through_air.glsl"
 
@@ -90,7 +91,9 @@ void main() {
   d.ambient_radiance = vec3(0.0);
   d.field_place = vec3(0.0);
   d.own_depth_share = 0.0;
-  d.field_per_m = d.unused = vec2(0.0);
+  d.field_per_m = vec2(0.0);
+  d.structure_depth = structure_depth(p.radius_m, d.flags);
+  d.mean_radius_m = mean_radius_m;
   if (kLightField)
     place_in_field(p.center_m, light.own_depth, max(max(p.radius_m.x, p.radius_m.y), p.radius_m.z), d);
   else

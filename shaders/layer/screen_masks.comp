@@ -22,9 +22,8 @@ void main() {
   const uint particle = word_at(list, place), tile = word_at(tiles, place);
   const DrawParticle p = draw_particle_at(draw_particles, particle);
   const uvec2 rectangle = two_words_at(pixels, particle), at = uvec2(tile % tile_columns, tile / tile_columns);
-  const float shown = shown_radius((p.flags & kParticleDetail) != 0u, p.reference_from_render * p.center_m);
   const BaseBound above = bound_above_base(p.reference_from_render, p.center_m, p.base_m, frame.camera_grid_m.z);
-  masks[place] = tile_mask(frame.clip_from_render, frame.render_from_clip, p.reference_from_render / shown, p.center_m,
+  masks[place] = tile_mask(frame.clip_from_render, frame.render_from_clip, p.reference_from_render, p.center_m,
                            rectangle, at, frame.image_size_px, frame.scale, frame.layer_size_px) &
                  tile_mask(frame.clip_from_render, frame.render_from_clip, above.reference_from_render, above.center_m,
                            rectangle, at, frame.image_size_px, frame.scale, frame.layer_size_px);

@@ -7,7 +7,6 @@
 #include "kit/texels.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const bool kWhole = false;  // with the rim that shading's detail erodes
 layout(scalar, set = 0, binding = 0) uniform Frame { FrameConstants frame; };
 DRAW_PARTICLES(1, draw_particles);
 layout(scalar, set = 0, binding = 2) readonly buffer Counters { FrameCounters counters; };
@@ -22,11 +21,9 @@ void main() {
   const DrawParticle p = draw_particle_at(draw_particles, i);
   const vec3 center_m = p.center_m;
   const mat3 render_from_reference = inverse(p.reference_from_render);
-  const float shown =
-      kWhole ? 1.0 : shown_radius((p.flags & kParticleDetail) != 0u, p.reference_from_render * center_m);
   const BaseBound above = bound_above_base(p.reference_from_render, center_m, p.base_m, frame.camera_grid_m.z);
   const uvec2 covered =
-      rectangle_both(screen_pixels(frame.clip_from_render, shown * render_from_reference, center_m, frame.image_size_px,
+      rectangle_both(screen_pixels(frame.clip_from_render, render_from_reference, center_m, frame.image_size_px,
                                    frame.scale, frame.layer_size_px),
                      screen_pixels(frame.clip_from_render, inverse(above.reference_from_render), above.center_m,
                                    frame.image_size_px, frame.scale, frame.layer_size_px));

@@ -6,7 +6,7 @@
 layout(set = 0, binding = 16) uniform sampler3D optical_depth_table;
 #endif
 layout(set = 0, binding = 17) uniform sampler3D multiple_table;
-layout(set = 0, binding = 18) uniform sampler3D detail_noise;
+layout(set = 0, binding = 18) uniform sampler3D structure_tile_volume;
 layout(set = 0, binding = 19) uniform sampler3D particle_density;
 
 #include "layer/field_light.glsl"

@@ -64,30 +64,39 @@ struct CloudFeature {
   float vigour;    // 0 flat .. 1 towering for its size; below 0 only where a weather map asks for humilis
 };
 
-// As it is kept in a buffer; everyone sees features with this precision.
+// As it is kept in a buffer; everyone sees features with this precision. What changes while clouds grow keeps the
+// precision of a float, so that nothing that follows from it moves in steps.
 struct PackedFeature {
   vec2 center_m;
-  uint shape;      // halves: radius_m, stretch
-  uint character;  // snorm: axis_x, vigour
+  float radius_m;
+  uint character;  // from the lowest bit: stretch - 1 in 6 bits, axis_x in 12, vigour in 14
 };
+
+NEPHELE_FN uint pack_bits(float x, float low, float high, uint bits) {
+  float steps = float((1u << bits) - 1u);
+  return uint(clamp((x - low) / (high - low), 0.0f, 1.0f) * steps + 0.5f);
+}
+NEPHELE_FN float unpack_bits(uint word, float low, float high, uint bits) {
+  uint most = (1u << bits) - 1u;
+  return low + (high - low) * float(word & most) / float(most);
+}
 
 NEPHELE_FN PackedFeature pack_feature(CloudFeature f) {
   PackedFeature result;
   result.center_m = f.center_m;
-  result.shape = packHalf2x16(vec2(f.radius_m, f.stretch));
-  result.character = packSnorm2x16(vec2(f.axis_x, f.vigour));
+  result.radius_m = f.radius_m;
+  result.character = pack_bits(f.stretch, 1.0f, 2.0f, 6u) | (pack_bits(f.axis_x, -1.0f, 1.0f, 12u) << 6u) |
+                     (pack_bits(f.vigour, -1.0f, 1.0f, 14u) << 18u);
   return result;
 }
 
 NEPHELE_FN CloudFeature unpack_feature(PackedFeature packed) {
-  vec2 shape = unpackHalf2x16(packed.shape);
-  vec2 character = unpackSnorm2x16(packed.character);
   CloudFeature f;
   f.center_m = packed.center_m;
-  f.radius_m = shape.x;
-  f.stretch = shape.y;
-  f.axis_x = character.x;
-  f.vigour = character.y;
+  f.radius_m = packed.radius_m;
+  f.stretch = unpack_bits(packed.character, 1.0f, 2.0f, 6u);
+  f.axis_x = unpack_bits(packed.character >> 6u, -1.0f, 1.0f, 12u);
+  f.vigour = unpack_bits(packed.character >> 18u, -1.0f, 1.0f, 14u);
   return f;
 }
 

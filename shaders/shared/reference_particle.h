@@ -16,7 +16,7 @@ NEPHELE_CONST(float, kFirstMatterDensity, 0.04f);
 
 NEPHELE_CONST(float, kBillowsPerRadius, 1.8f);
 NEPHELE_CONST(float, kBillowContrast, 3.0f);
-NEPHELE_CONST(float, kReferenceThickness, 1.6f);
+NEPHELE_CONST(float, kReferenceThickness, 4.0f);
 
 // Relative extinction in [0, 1] at p, 0 outside the unit sphere, for billows of another size.
 NEPHELE_FN float billowy_density(vec3 p, float billows_per_radius, uint seed) {

@@ -40,17 +40,6 @@ NEPHELE_FN bool screen_interval(vec3 across, vec3 forward, mat3 render_from_refe
   return true;
 }
 
-// Shorter half chords of a particle with fine detail show nothing (cloud_shade.glsl): their mean density is a few
-// hundredths of the peak at most. So of its unit sphere only what lies within this radius shows.
-NEPHELE_CONST(float, kRimFrom, 0.3f);
-NEPHELE_CONST(float, kRimRadius, 0.9539392f);  // sqrt(1 - kRimFrom^2)
-
-// The radius in reference space within which a particle shows, seen from there. From within, a ray may leave the
-// ellipsoid ahead and meet its shown part only behind the eye.
-NEPHELE_FN float shown_radius(bool fine_detail, vec3 eye_reference) {
-  return fine_detail && length(eye_reference) >= 1.01f ? kRimRadius : 1.0f;
-}
-
 // First pixel and pixel past the last whose centres lie in the interval, widened by the rounding of rays and rows.
 // A layer pixel p has its centre at (p + 1/2) * scale in image pixels.
 NEPHELE_FN uvec2 covered_pixels(float low, float high, float image_px, float scale, float layer_px) {

@@ -33,15 +33,17 @@ struct FrameConstants {
   mat3 light_from_render;
   uint host_scene;       // 1: a host has drawn what stands behind the clouds
   uint culling_enabled;  // 0: every particle counts as visible
-  uint detail_enabled;   // 0: particles have no fine noise at their edges
+  uint detail_enabled;   // 0: particles have smooth surfaces (structure.h)
   float light_unit;      // of radiance in the light field (light_field_unit())
 };
 
 // Particle.flags
-NEPHELE_CONST(uint, kParticleHomogeneous, 1u);   // constant extinction inside the ellipsoid
-NEPHELE_CONST(uint, kParticleEmissive, 2u);      // radiance_per_sr is the source colour; no lighting
-NEPHELE_CONST(uint, kParticleDetail, 4u);        // fine noise at its edges
-NEPHELE_CONST(uint, kParticleRingShift, 8u);     // bits 8 .. 10: the ring of a field's particle
+NEPHELE_CONST(uint, kParticleHomogeneous, 1u);  // constant extinction inside the ellipsoid
+NEPHELE_CONST(uint, kParticleEmissive, 2u);     // radiance_per_sr is the source colour; no lighting
+NEPHELE_CONST(uint, kParticleDetail, 4u);       // surface displaced by the air's structure (structure.h)
+NEPHELE_CONST(uint, kParticleRingShift, 8u);    // bits 8 .. 10: the ring of a field's particle
+NEPHELE_CONST(uint, kParticleTornShift, 11u);   // bits 11 .. 15: how torn its structure is, of kMostTorn (structure.h)
+NEPHELE_CONST(uint, kMostTorn, 31u);
 NEPHELE_CONST(uint, kParticleSourceShift, 16u);  // bits 16 .. 31: index of the source that made it
 
 struct Particle {
@@ -83,7 +85,8 @@ struct DrawParticle {
   vec3 field_place;       // of the centre in the light field's volume, unit coordinates
   float own_depth_share;  // of the depth towards the sun by tau_sun and the particle itself; the rest by the field
   vec2 field_per_m;       // unit coordinates a metre across and up
-  vec2 unused;
+  float structure_depth;  // of its surface (structure.h), 0: none
+  float mean_radius_m;
 };
 
 // What one source of clouds has put into the particle buffer, and what passes may assume about its clouds.

@@ -39,7 +39,7 @@ WORDS(READS_NEAR, features_near);  // by slots of near_windows
 
 PackedFeature feature_in(uint slot) {
   const uvec4 texel = texel_at(features, slot);
-  return PackedFeature(uintBitsToFloat(texel.xy), texel.z, texel.w);
+  return PackedFeature(uintBitsToFloat(texel.xy), uintBitsToFloat(texel.z), texel.w);
 }
 
 // A place: a slot, how many slots on the next row is, and which of the neighbourhood's features reach there.

@@ -22,7 +22,7 @@ void main() {
   const CloudField field = constants.frame.field;
   const GridCell cell = grid_cell(field, i);
   const CellCloud cloud = cell_cloud(field, cloud_params(field), cell);
-  const uint count = particle_count(cloud.parts);
+  const uint count = particle_count(cloud);
   if (count > 0u) cell_clouds[i] = pack_cell(cloud, cell, field.thickness_m);
   cell_counts[i] = count;
 }

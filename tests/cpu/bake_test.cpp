@@ -196,7 +196,7 @@ TEST_CASE("chords of the tabulated particle are those of its density, marched") 
       sum += shared::reference_particle_density(entry + (exit - entry) * ((float(k) + 0.5f) / steps), seed);
     worst = std::max(worst, std::abs(particle.chord(entry, exit).mean - sum / steps));
   }
-  CHECK(worst < 1e-3);  // linear interpolation between vertices 1/64 apart, billows of 0.56: second order
+  CHECK(worst < 2.5e-3);  // linear interpolation between vertices 1/64 apart, edges a tenth of a radius: second order
   // The mean over uniform places equals that over vertices of the density's grid.
   std::uniform_real_distribution<float> cube(-1, 1);
   int inside = 0;
@@ -266,7 +266,7 @@ TEST_CASE("the optical depth table holds mean density and first matter, the same
     CHECK(there.y >= 0.0f);
     CHECK(there.y <= 1.00001f);
     if (mean < 0.05) continue;
-    CHECK(there.y + back.y < 0.9f);  // matter takes some of the chord
+    CHECK(there.y + back.y < 1.0 - 0.6 * mean);  // no denser than 1, matter takes its share of the chord at least
     first_squares += std::pow(there.y - particle.chord(entry, exit).first, 2);
     ++dense;
   }

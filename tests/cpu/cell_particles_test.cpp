@@ -1,7 +1,9 @@
 // Particles of a cell: bounds, and what must survive a change of ring or of the number of layers.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 #include <vector>
 
@@ -33,8 +35,8 @@ std::vector<CloudParticle> ring_particles(const CloudField& field, uint ring, fl
       cell.size_m = cell_m;
       cell.corner_m = vec2(cell.index) * cell_m;
       const CellCloud cloud = kept(cell_cloud(field, params, cell), cell, field);
-      for (uint slot = 0; slot < particle_count(cloud.parts); ++slot) {
-        const CloudParticle particle = cell_particle(field, params, cell, cloud, slot);
+      for (uint n = 0; n < particle_count(cloud); ++n) {
+        const CloudParticle particle = cell_particle(field, params, cell, cloud, n);
         if (particle.density > 0.0f) particles.push_back(particle);
       }
     }
@@ -127,17 +129,15 @@ constexpr float kHalfM = 18000.0f;
 
 }  // namespace
 
-TEST_CASE("a cell's parts survive packing") {
-  for (uint levels = 0; levels <= kMaxLevels; ++levels)
-    for (uint turn = 0; turn <= 2u; ++turn)
-      for (uint crown = 0; crown <= kMaxCrown; crown += 5u) {
-        const CellParts parts{levels, turn, crown, crown & 1u};
-        const CellParts back = unpack_parts(pack_parts(parts));
-        CHECK((back.levels == levels && back.turn == turn && back.crown == crown && back.wisps == (crown & 1u)));
-      }
-  // Two neighbours that take turns share the levels above their bases.
-  for (uint levels = 1; levels <= kMaxLevels; ++levels)
-    CHECK(column_count({levels, 1u, 0u, 0u}) + column_count({levels, 2u, 0u, 0u}) == levels + 1u);
+TEST_CASE("a cell's n-th particle is its n-th slot") {
+  CellCloud cloud{};
+  for (const uint slots : {0u, 1u, 0x80000000u, 0x80008001u, 0xffffffffu}) {
+    cloud.slots = slots;
+    uint n = 0;
+    for (uint slot = 0; slot < 32u; ++slot)
+      if ((slots >> slot & 1u) != 0u) CHECK(particle_slot(cloud, n++) == slot);
+    CHECK(particle_count(cloud) == n);
+  }
 }
 
 TEST_CASE("particles stand inside the cloud layer and near their cell") {
@@ -156,10 +156,10 @@ TEST_CASE("particles stand inside the cloud layer and near their cell") {
         const float height = p.top_m - p.base_m;
         bad_radius += !(min(p.radius_m.x, min(p.radius_m.y, p.radius_m.z)) > 0.0f &&
                         max(p.radius_m.x, p.radius_m.y) <= 2.0f * cell_m);
-        bad_density += !(p.density > 0.0f && p.density <= kMaxGain);
-        // Wisps fly as if every cloud were 180 m high; crown particles rise at most 0.45 of the height above it.
+        bad_density += !(p.density > 0.0f && p.density <= kMaxGain * kAdiabaticMost);
+        // Wisps fly as if every cloud were 180 m high; what stands on domes rises at most 0.75 of the height above it.
         bad_place += !(p.center_m.z >= p.base_m - 15.0f &&
-                       p.center_m.z + p.radius_m.z <= p.base_m + max(1.45f * height, 200.0f) + 50.0f);
+                       p.center_m.z + p.radius_m.z <= p.base_m + max(1.75f * height, 200.0f) + 50.0f);
         bad_top += !(height >= 0.0f && height <= thickness_m * 1.0001f + 1e-3f);
       }
       CHECK(bad_radius == 0u);
@@ -244,18 +244,66 @@ TEST_CASE("the same cell has the same particles from every origin") {
       b.index.x -= per_unit;
       b.corner_m = vec2(b.index) * b.size_m;
       const CellCloud cloud = cell_cloud(field, params, a), cloud_shifted = cell_cloud(shifted, params_shifted, b);
-      if (cloud.parts.levels == 0u && cloud_shifted.parts.levels == 0u) continue;
+      if (cloud.slots == 0u && cloud_shifted.slots == 0u) continue;
       ++all;
-      if (pack_parts(cloud.parts) != pack_parts(cloud_shifted.parts))
-        continue;  // a threshold met exactly: rounding decides
+      if (cloud.slots != cloud_shifted.slots) continue;  // a threshold met exactly: rounding decides
       ++same;
-      const CloudParticle p = cell_particle(field, params, a, cloud, particle_count(cloud.parts) - 1u);
-      const CloudParticle q =
-          cell_particle(shifted, params_shifted, b, cloud_shifted, particle_count(cloud.parts) - 1u);
+      const CloudParticle p = cell_particle(field, params, a, cloud, particle_count(cloud) - 1u);
+      const CloudParticle q = cell_particle(shifted, params_shifted, b, cloud_shifted, particle_count(cloud) - 1u);
       CHECK(p.id == q.id);
       CHECK(std::fabs(p.center_m.x - kOriginUnitM - q.center_m.x) < 2.0f);
       CHECK(std::fabs(p.center_m.y - q.center_m.y) < 2.0f);
     }
   CHECK(all > 1000u);
   CHECK(same >= all * 99u / 100u);
+}
+
+TEST_CASE("particles move, grow and fade without a step as clouds grow and decay") {
+  // Two states a hair apart: all that a particle is may differ by a hair only, and one that is missing has no density.
+  struct Change {
+    float growth_turns, coverage;
+  };
+  for (const Change& change : {Change{0.0123f, 0.35f}, Change{0.31f, 0.35f}, Change{0.77f, 0.6f}}) {
+    CAPTURE(change.growth_turns);
+    double worst = 0;
+    int seen = 0;
+    for (uint ring = 0; ring < 3u; ++ring)
+      for (int y = -30; y < 30; ++y)
+        for (int x = -30; x < 30; ++x) {
+          std::map<uint, CloudParticle> states[2];
+          for (int k = 0; k < 2; ++k) {
+            CloudField field = cloud_field();
+            field.growth_turns = change.growth_turns + float(k) * 1.2e-7f;
+            field.coverage = change.coverage;
+            const CloudParams params = cloud_params(field);
+            GridCell cell;
+            cell.ring = ring;
+            cell.index = ivec2(x, y);
+            cell.size_m = ring_cell_m(field, ring);
+            cell.corner_m = vec2(cell.index) * cell.size_m;
+            const CellCloud cloud = kept(cell_cloud(field, params, cell), cell, field);
+            for (uint n = 0; n < particle_count(cloud); ++n) {
+              const CloudParticle p = cell_particle(field, params, cell, cloud, n);
+              states[k][p.id] = p;
+            }
+          }
+          for (int k = 0; k < 2; ++k)
+            for (const auto& [id, p] : states[k]) {
+              const auto other = states[1 - k].find(id);
+              double change_of = p.density;
+              if (other != states[1 - k].end()) {
+                const CloudParticle& q = other->second;
+                const double moved_m = length(p.center_m - q.center_m) + length(p.radius_m - q.radius_m);
+                change_of = std::abs(p.density - q.density) + double(p.density) * moved_m / double(p.radius_m.x);
+              }
+              worst = std::max(worst, change_of);
+              ++seen;
+            }
+        }
+    CHECK(seen > 10000);
+    // Of a density of some 1; 16 bits of the places' heights and of the gains leave 0.005. Choices that flipped moved
+    // particles by 100 m.
+    MESSAGE("at turn " << change.growth_turns << ": worst change " << worst << " of " << seen << " particles");
+    CHECK(worst < 0.01);
+  }
 }

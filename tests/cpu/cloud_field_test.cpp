@@ -128,10 +128,10 @@ TEST_CASE("features keep their precision in a buffer") {
       const CloudFeature f = cloud_feature(params, lattice, ivec2(i % 20 - 10, i / 20 - 10));
       const CloudFeature g = unpack_feature(pack_feature(f));
       CHECK(f.center_m == g.center_m);
-      CHECK(g.radius_m == doctest::Approx(f.radius_m).epsilon(1e-3));
-      CHECK((f.radius_m > 0.0f) == (g.radius_m > 0.0f));
-      CHECK(g.stretch == doctest::Approx(f.stretch).epsilon(1e-3));
-      CHECK(std::fabs(g.axis_x - f.axis_x) < 1e-4f);
+      CHECK(f.radius_m == g.radius_m);
+      // Half a step of 6, 12 and 14 bits. What a cloud's outline moves by is a few metres, and the same for everyone.
+      CHECK(std::fabs(g.stretch - f.stretch) < 0.008f);
+      CHECK(std::fabs(g.axis_x - f.axis_x) < 2.5e-4f);
       CHECK(std::fabs(g.vigour - f.vigour) < 1e-4f);
       const float spacing = lattice_cell_m(feature_cells(lattice));
       CHECK(f.radius_m * f.stretch <= 1.0501f * spacing);  // else the 3 x 3 neighbourhood cuts it

@@ -9,6 +9,7 @@
 #include "shared/flat_base.h"
 #include "shared/light.h"
 #include "shared/reference_particle.h"
+#include "shared/structure.h"
 #include "tests/support/light_scene.h"
 
 using namespace nephele::shared;
@@ -193,33 +194,39 @@ TEST_CASE("the closed-form chord integral is the integral of the profile") {
     }
 }
 
-TEST_CASE("the profile stands for the real reference particle") {
+TEST_CASE("the profile stands for displaced balls, and nearly for the smooth reference particle") {
   const uint seed = nephele::TableParameters{}.particle_seed;
   std::mt19937 random(9);
   std::normal_distribution<double> normal;
-  // Mean extinction of chords by impact parameter, over all orientations.
-  double real_fill = 0.0, fill = 0.0, weight = 0.0;
-  for (double b = 0.05; b < 1.0; b += 0.1) {
-    const double reach = std::sqrt(1.0 - b * b);
-    double real = 0.0;
-    const int chords = 400, steps = 24;
-    for (int k = 0; k < chords; ++k) {
-      const dvec3 d = normalize(dvec3(normal(random), normal(random), normal(random)));
-      const dvec3 across = normalize(cross(d, dvec3(normal(random), normal(random), normal(random))));
-      for (int step = 0; step < steps; ++step)
-        real += reference_particle_density(vec3(b * across + (2.0 * (step + 0.5) / steps - 1.0) * reach * d), seed);
-    }
-    real /= chords * steps;
-    const float h2 = float(1.0 - b * b);
-    const double mean = profile_integral(float(reach), h2, 0u) / reach;
-    CAPTURE(b);
-    // RMS 0.035 in radius; chords average it, and 400 of them leave 0.01 of noise.
-    CHECK(std::abs(mean - real) < 0.05);
-    real_fill += real * reach * b;
-    fill += mean * reach * b;
-    weight += reach * b;
+  std::uniform_real_distribution<float> cells(0.0f, float(kStructureCells));
+  // The noise at places that know nothing of each other, by the tile itself.
+  std::vector<float> noise;
+  for (int i = 0; i < 1000; ++i) {
+    float sum = 0.0f;
+    for (uint octave = 0; octave < kStructureOctaves; ++octave)
+      sum += structure_weight(octave) * (structure_tile({cells(random), cells(random), cells(random)}) - 0.5f);
+    noise.push_back(structure_noise(sum));
   }
-  CHECK(fill / weight == doctest::Approx(real_fill / weight).epsilon(0.04));
+  double displaced_fill = 0.0, smooth_fill = 0.0, fill = 0.0, weight = 0.0;
+  for (double r = 0.025; r < 1.0; r += 0.05) {
+    double displaced = 0.0, smooth = 0.0;
+    for (const float n : noise)
+      displaced += structured_density(float(r * r), displaced_radius(kStructureDeepest, n)) / double(noise.size());
+    for (int k = 0; k < 400; ++k)
+      smooth +=
+          reference_particle_density(vec3(r * normalize(dvec3(normal(random), normal(random), normal(random)))), seed) /
+          400.0;
+    const double mean = particle_profile(float(1.0 - r * r), 0u);
+    CAPTURE(r);
+    CHECK(std::abs(mean - displaced) < 0.08);  // at most 0.04, and 1000 places leave 0.015 of noise
+    CHECK(std::abs(mean - smooth) < 0.15);
+    displaced_fill += displaced * r * r;
+    smooth_fill += smooth * r * r;
+    fill += mean * r * r;
+    weight += r * r;
+  }
+  CHECK(fill / weight == doctest::Approx(displaced_fill / weight).epsilon(0.03));
+  CHECK(fill / weight == doctest::Approx(smooth_fill / weight).epsilon(0.04));
 }
 
 TEST_CASE("tetrahedron corners are balanced and isotropic") {

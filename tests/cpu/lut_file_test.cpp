@@ -114,7 +114,7 @@ TEST_CASE("tables are baked once, then read back bit for bit") {
   CHECK(loaded->multiple_scattering.metadata == baked->multiple_scattering.metadata);
   CHECK(loaded->near_beam.array.data == baked->near_beam.array.data);
   CHECK(loaded->mean_fill == baked->mean_fill);
-  CHECK(loaded->mean_fill == doctest::Approx(0.3).epsilon(0.05));
+  CHECK(loaded->mean_fill == doctest::Approx(0.43).epsilon(0.05));
 
   TableParameters other = tiny();
   other.g_multiple = 0.5;

@@ -276,7 +276,3 @@ TEST_CASE("no point of an ellipsoid is nearer than its bound, and the bound is n
   CHECK(near_bound_m({0, 1000, 0}, 100) == doctest::Approx(900).epsilon(3e-5));
   CHECK(near_bound_m({0, 10, 0}, 100) == 0);
 }
-
-TEST_CASE("the rim's two constants are one") {
-  CHECK(kRimRadius * kRimRadius + kRimFrom * kRimFrom == doctest::Approx(1).epsilon(1e-6));
-}

@@ -66,7 +66,7 @@ TEST_CASE("light at a place is the light of a picture all around it: under, amon
   // Worse below and above the clouds, where haze and horizon, which the field knows but by its ordinates, are most of
   // what is seen. Low quality: cells of 75 m.
   const std::pair<dvec3, double> places[] = {{dvec3(0, 0, 300), 0.3},
-                                             {dvec3(700, -300, 1000), 0.2},
+                                             {dvec3(700, -300, 1000), 0.25},
                                              {dvec3(-1500, 400, 1600), 0.1},
                                              {dvec3(200, 900, 3500), 0.3}};
   for (const auto& [at_m, share] : places) {

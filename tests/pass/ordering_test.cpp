@@ -38,7 +38,7 @@ std::vector<CreatedPipeline> pipelines_of(Backend backend) {
   created_pipelines.clear();
   Kernels kernels(test_device());  // with no pipeline made before
   Workshop make(kernels);
-  const RasterBlend blend(make, backend, 16, 16, false);
+  const RasterBlend blend(make, backend, 16, 16, {.light_field = false});
   return created_pipelines;
 }
 

@@ -200,7 +200,7 @@ TEST_CASE("listed particles come first, in world space without loss") {
       CHECK(p.top_m == doctest::Approx(listed.center_m.z + 60.0));
     }
     CHECK(run.particles[0].flags == shared::kParticleDetail);
-    CHECK(run.particles[1].flags == shared::kParticleEmissive);
+    CHECK(run.particles[1].flags == (shared::kParticleEmissive | shared::kParticleDetail));
     CHECK(run.particles[1].radiance_per_sr == glm::vec3(1, 2, 3));
     CHECK(run.particles[2].flags == shared::kParticleHomogeneous);
     CHECK(run.visible[0] == 0);

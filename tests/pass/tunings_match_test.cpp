@@ -78,25 +78,33 @@ TEST_CASE("the tiled blends of each tuning are one picture") {
   }
 }
 
-// Storage buffers hold the same bits as texel buffers; the GPU's kernels add in another order and sample the optical
-// depth table as a texture, whose values are whole 256ths as those of the packed table are.
+// Storage buffers hold the same bits as texel buffers; the GPU's kernels may add in another order, and for smooth
+// particles sample the optical depth table as a texture, whose values are whole 256ths as those of the packed table
+// are.
 TEST_CASE("a frame of each tuning is one picture") {
   constexpr std::uint32_t kWidth = 96, kHeight = 54;
-  for (const std::string name : {"fair_weather", "inside_cloud"}) {
+  struct Case {
+    std::string name;
+    bool detail;
+  };
+  for (const auto& [scene_name, detail] :
+       {Case{"fair_weather", true}, Case{"fair_weather", false}, Case{"inside_cloud", true}}) {
+    const std::string name = scene_name;
     CAPTURE(name);
+    CAPTURE(detail);
     const auto scene = load_scene(std::string(NEPHELE_SOURCE_DIR) + "/tools/scenes/" + name + ".json");
     REQUIRE(scene);
     std::vector<std::vector<float>> pictures;
     for (const TestTuning tuning : kTestTunings) {
       const WithTuning with(tuning);
-      const auto renderer =
-          Renderer::create(test_sky(), *scene, {.width = kWidth, .height = kHeight, .quality = Quality::low});
+      const auto renderer = Renderer::create(
+          test_sky(), *scene, {.width = kWidth, .height = kHeight, .quality = Quality::low, .detail = detail});
       REQUIRE(renderer);
       (*renderer)->render(scene->camera, 0.0);
       pictures.push_back((*renderer)->read_hdr());
     }
     CHECK(pictures[1] == pictures[0]);
-    CHECK(pictures[2] != pictures[0]);
+    if (!detail) CHECK(pictures[2] != pictures[0]);  // a proof that other kernels ran
     const ImageF cpu = as_image(pictures[0], kWidth, kHeight), gpu = as_image(pictures[2], kWidth, kHeight);
     const auto metrics = compare_images(gpu, "gpu", cpu, "cpu", cpu.channels);
     REQUIRE(metrics);

@@ -19,6 +19,7 @@
 #include "engine/camera.h"
 #include "passes/nephele.h"
 #include "shared/ellipsoid.h"
+#include "shared/structure.h"
 #include "shared/types.h"
 #include "tests/support/test_tables.h"
 
@@ -60,7 +61,8 @@ struct Index {
   std::size_t places;
 };
 
-Index ball_index(const Picture& picture, const std::vector<shared::Particle>& particles) {
+// shown: where particles are seen to end, in their radii.
+Index ball_index(const Picture& picture, const std::vector<shared::Particle>& particles, float shown) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> angle(0.0f, 6.2831853f);
   double steps[2] = {0.0, 0.0};
@@ -76,7 +78,7 @@ Index ball_index(const Picture& picture, const std::vector<shared::Particle>& pa
     const float across = std::sqrt(1.0f - 1.0f / (distance * distance));
     const auto on_silhouette = [&](float a) {
       const glm::vec3 unit = axis / distance + across * (std::cos(a) * u + std::sin(a) * v);
-      return p.center_m + shared::render_from_local(unit * p.radius_m, p.yaw_rad);
+      return p.center_m + shared::render_from_local(shown * unit * p.radius_m, p.yaw_rad);
     };
     const float mean_radius_m = std::cbrt(p.radius_m.x * p.radius_m.y * p.radius_m.z);
     const glm::vec3 towards = glm::normalize(p.center_m);
@@ -117,7 +119,8 @@ TEST_CASE("ball index study" * doctest::skip()) {
         (*renderer)->render(scene->camera, 0.0);
         const Picture picture{1280, 720, (*renderer)->read_layers(),
                               camera_matrices(scene->camera, 1280.0 / 720.0).clip_from_render};
-        const Index index = ball_index(picture, (*renderer)->read_particles());
+        const Index index =
+            ball_index(picture, (*renderer)->read_particles(), detail ? shared::kStructureMeanRadius : 1.0f);
         char text[64];
         std::snprintf(text, sizeof text, " | %.2f", index.ratio);
         row += text;

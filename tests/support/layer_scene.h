@@ -32,7 +32,7 @@ inline Tables blank_tables() {
   tables.multiple_scattering.array = {ElementType::float16, {1, 1, 1, 4}, std::vector<std::byte>(8)};
   tables.near_beam.name = "near_beam";
   tables.near_beam.array = {ElementType::float16, {1, 1, 1, 1}, std::vector<std::byte>(2)};
-  tables.mean_fill = 0.3f;
+  tables.mean_fill = 0.43f;
   return tables;
 }
 
@@ -69,6 +69,7 @@ inline shared::FrameConstants layer_constants(const CameraState& camera, LayerSi
   constants.sun_direction = {0, 0, 1};
   constants.image_size_px = constants.layer_size_px = {size.width, size.height};
   constants.scale = 1;
+  constants.detail_enabled = 1;
   return constants;
 }
 
@@ -127,7 +128,8 @@ inline Layer draw_layer(const std::vector<shared::Particle>& particles, const Ca
 
   Workshop make(test_kernels());
   const ShadingVolumes volumes(test_kernels(), TableParameters{}.particle_seed);
-  CloudLayer layer(make, tables, {size.width, size.height, 1}, backend, blend, room, Light::tables, march_steps);
+  CloudLayer layer(make, tables, {size.width, size.height, 1}, backend, blend, room, {.light_field = false},
+                   march_steps);
   FrameExecutor executor(device);
   Layer result{std::vector<glm::vec4>(size.width * size.height), std::vector<float>(size.width * size.height)};
   result.shade_ms = 1e30;

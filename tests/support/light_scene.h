@@ -64,7 +64,7 @@ inline double density_at(const Particle& particle, Medium at) {
   if (at.r2 >= 1.0 || at.height < 0.0) return 0.0;
   if (particle.flags & shared::kParticleHomogeneous) return particle.extinction_per_m;
   const double q = 1.0 - at.r2;
-  return particle.extinction_per_m * q * (double(shared::kProfile1) + q * double(shared::kProfile2));
+  return particle.extinction_per_m * q * q * (double(shared::kProfile2) + q * double(shared::kProfile3));
 }
 
 // A particle's unit space, its yaw clockwise from north, in doubles and without the shared headers.
@@ -106,12 +106,13 @@ inline double depth_through(const Particle& particle, dvec3 point, dvec3 sun, do
   else if (height < 0.0)
     return 0.0;
   if (from >= to) return 0.0;
-  // The profile is a polynomial of degree 4 along the chord: three Gauss points are exact.
+  // The profile is a polynomial of degree 6 along the chord: four Gauss points are exact.
   double sum = 0.0;
-  for (int k = -1; k <= 1; ++k) {
-    const double t = 0.5 * (from + to) + 0.5 * (to - from) * k * std::sqrt(0.6);
+  for (const double place : {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526}) {
+    const double t = 0.5 * (from + to) + 0.5 * (to - from) * place;
     const dvec3 at = q + t * d;
-    sum += (k == 0 ? 8.0 / 18.0 : 5.0 / 18.0) * density_at(particle, {std::min(dot(at, at), 1.0 - 1e-12), 1.0});
+    sum += 0.5 * (std::abs(place) > 0.5 ? 0.3478548451374538 : 0.6521451548625461) *
+           density_at(particle, {std::min(dot(at, at), 1.0 - 1e-12), 1.0});
   }
   return sum * (to - from);
 }

@@ -64,7 +64,8 @@ struct TruthScene {
       : scene(scene_in),
         surroundings(scene, uniform_sky, 2000.0f),
         lattice(TableParameters{}.particle_seed),
-        field(particles, static_cast<float>(scene.camera.position_m.z), surroundings.sun_direction(), lattice),
+        field(particles, glm::vec3(0.0f, 0.0f, static_cast<float>(scene.camera.position_m.z)),
+              surroundings.sun_direction(), lattice),
         phase(scene.phase),
         tracer(field, surroundings, phase) {}
 };

@@ -309,12 +309,14 @@ TEST_CASE("program: a reference in two goes is the same as in one, and looks lik
   CHECK(image->channels == std::vector<std::string>{"B", "G", "R", "SE", "T"});
   CHECK(layers->channels == std::vector<std::string>{"B", "G", "R", "T", "Z"});
 
-  // The renderer draws the same particle at the same place: opaque in the same pixels, clear in the same.
+  // The renderer draws the same particle at the same place.
   run_quietly({"render", "--scene", directory / "scene.json", "--size", "24x16", "--tables", small_tables(), "--layers",
                directory / "rendered.exr"});
   const auto compared =
       run_quietly({"compare", directory / "rendered.exr", directory / "layers.exr", "--channels", "T"});
-  CHECK(nlohmann::json::parse(compared.out)["rmse"].get<double>() < 0.01);  // 40 samples of what is nearly 0 or 1
+  // Pixels of the outline are covered in part in the reference, wholly or not at all by the render's one sample: 0.07.
+  // A particle one pixel off would be 0.2 and more.
+  CHECK(nlohmann::json::parse(compared.out)["rmse"].get<double>() < 0.12);
 }
 
 TEST_CASE("program: a reference goes on until its noise is as low as asked") {

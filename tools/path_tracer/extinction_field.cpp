@@ -8,6 +8,7 @@
 #include "shared/ellipsoid.h"
 #include "shared/flat_base.h"
 #include "shared/reference_particle.h"
+#include "shared/structure.h"
 #include "shared/world.h"
 
 namespace nephele::truth {
@@ -44,9 +45,9 @@ vec3 inverse_of(const vec3& direction) {
 
 }  // namespace
 
-ExtinctionField::ExtinctionField(std::span<const shared::Particle> particles, float camera_altitude_m,
+ExtinctionField::ExtinctionField(std::span<const shared::Particle> particles, const vec3& camera_grid_m,
                                  const vec3& sun_direction, const DensityLattice& lattice)
-    : lattice_(lattice), camera_altitude_m_(camera_altitude_m) {
+    : lattice_(lattice), structure_(camera_grid_m), camera_altitude_m_(camera_grid_m.z) {
   for (std::size_t i = 0; i < particles.size(); ++i) {
     const shared::Particle& p = particles[i];
     emitted_.push_back(p.radiance_per_sr);
@@ -55,7 +56,8 @@ ExtinctionField::ExtinctionField(std::span<const shared::Particle> particles, fl
                   .extinction_per_m = p.extinction_per_m,
                   .base_m = p.base_m,
                   .flags = p.flags,
-                  .source = static_cast<std::uint32_t>(i)};
+                  .source = static_cast<std::uint32_t>(i),
+                  .structure_depth = (getenv("NOSTRUCT") ? 0.0f : shared::structure_depth(p.radius_m, p.flags))};
     const glm::vec4 orientation = shared::unpack_orientation(p.orientation);
     for (int axis = 0; axis < 3; ++axis) {
       vec3 e(0.0f);
@@ -127,6 +129,9 @@ void ExtinctionField::fill_cells() {
           if ((p.flags & shared::kParticleHomogeneous) != 0u) {
             const vec3 nearest = glm::max(glm::abs(center) - half_extent, 0.0f);
             bound = glm::dot(nearest, nearest) < 1.0f ? 1.0f : 0.0f;
+          } else if (p.structure_depth > 0.0f) {  // whatever the noise
+            const vec3 nearest = glm::max(glm::abs(center) - half_extent, 0.0f);
+            bound = shared::structured_density(glm::dot(nearest, nearest), 1.0f);
           } else {
             bound = lattice_.bound(center, half_extent);
           }
@@ -161,19 +166,25 @@ std::size_t ExtinctionField::block_index(const ivec3& cell) const {
   return (static_cast<std::size_t>(block.z) * blocks_.y + block.y) * blocks_.x + block.x;
 }
 
-float ExtinctionField::particle_extinction(const Packed& particle, const vec3& p_m, float altitude_m) const {
-  const vec3 p = particle.unit_from_render * (p_m - particle.center_m);
+float ExtinctionField::particle_extinction(const Packed& particle, Place& place) const {
+  const vec3 p = particle.unit_from_render * (place.p_m - particle.center_m);
   if (glm::dot(p, p) >= 1.0f) return 0.0f;
-  const float density = (particle.flags & shared::kParticleHomogeneous) != 0u ? 1.0f : lattice_(p);
-  return particle.extinction_per_m * density * shared::base_fade(altitude_m - particle.base_m);
+  const float faded = particle.extinction_per_m * shared::base_fade(place.altitude_m - particle.base_m);
+  if ((particle.flags & shared::kParticleHomogeneous) != 0u) return faded;
+  if (particle.structure_depth > 0.0f) {
+    if (place.noise < 0.0f) place.noise = structure_(place.p_m);
+    return faded *
+           shared::structured_density(glm::dot(p, p), shared::displaced_radius(particle.structure_depth, place.noise));
+  }
+  return faded * lattice_(p);
 }
 
 // Up to where the sum passes `enough`.
 float ExtinctionField::extinction_in_cell(std::size_t cell, const vec3& p_m, float enough) const {
-  const float altitude_m = cut_[cell] != 0 ? shared::altitude_m(p_m, camera_altitude_m_) : kFarAboveM;
+  Place place{p_m, cut_[cell] != 0 ? shared::altitude_m(p_m, camera_altitude_m_) : kFarAboveM, -1.0f};
   float sum = 0.0f;
   for (std::uint32_t i = first_[cell]; i < first_[cell + 1] && sum <= enough; ++i)
-    sum += particle_extinction(particles_[list_[i]], p_m, altitude_m);
+    sum += particle_extinction(particles_[list_[i]], place);
   return sum;
 }
 
@@ -184,12 +195,12 @@ float ExtinctionField::extinction_per_m(const vec3& p_m) const {
 
 ExtinctionField::Emission ExtinctionField::emission(const vec3& p_m) const {
   const std::size_t cell = index(cell_at(p_m));
-  const float altitude_m = shared::altitude_m(p_m, camera_altitude_m_);
+  Place place{p_m, shared::altitude_m(p_m, camera_altitude_m_), -1.0f};
   float all = 0.0f, emissive = 0.0f;
   Emission result;
   for (std::uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
     const Packed& particle = particles_[list_[i]];
-    const float extinction = particle_extinction(particle, p_m, altitude_m);
+    const float extinction = particle_extinction(particle, place);
     all += extinction;
     if ((particle.flags & shared::kParticleEmissive) == 0u) continue;
     emissive += extinction;
@@ -274,11 +285,10 @@ float ExtinctionField::first_matter_m(const vec3& origin_m, const vec3& directio
   walk(origin_m, direction, end_m, [&](std::size_t cell, float near_m, float far_m) {
     for (float at_m = near_m; at_m < far_m; at_m += cell_m_ / kMatterSteps) {
       const vec3 p_m = origin_m + at_m * direction;
-      const float altitude_m = shared::altitude_m(p_m, camera_altitude_m_);
+      Place place{p_m, shared::altitude_m(p_m, camera_altitude_m_), -1.0f};
       for (std::uint32_t i = first_[cell]; i < first_[cell + 1]; ++i) {
         const Packed& particle = particles_[list_[i]];
-        if (particle_extinction(particle, p_m, altitude_m) < shared::kFirstMatterDensity * particle.extinction_per_m)
-          continue;
+        if (particle_extinction(particle, place) < shared::kFirstMatterDensity * particle.extinction_per_m) continue;
         found_m = at_m;
         return true;
       }

@@ -16,14 +16,16 @@
 #include "shared/types.h"
 #include "tools/path_tracer/density_lattice.h"
 #include "tools/path_tracer/random.h"
+#include "tools/path_tracer/structure_noise.h"
 
 namespace nephele::truth {
 
 class ExtinctionField {
  public:
-  // Particles in render space. sun_direction: where sun_guess looks.
-  ExtinctionField(std::span<const shared::Particle> particles, float camera_altitude_m, const glm::vec3& sun_direction,
-                  const DensityLattice& lattice);
+  // Particles in render space. camera_grid_m: where the camera is in the air (FrameConstants), z its altitude.
+  // sun_direction: where sun_guess looks.
+  ExtinctionField(std::span<const shared::Particle> particles, const glm::vec3& camera_grid_m,
+                  const glm::vec3& sun_direction, const DensityLattice& lattice);
 
   // At a point of render space, per metre.
   float extinction_per_m(const glm::vec3& p_m) const;
@@ -50,20 +52,27 @@ class ExtinctionField {
   std::size_t cell_count() const { return bounds_per_m_.size(); }
 
  private:
-  struct Packed {  // one cache line
+  struct Packed {
     glm::mat3 unit_from_render;
     glm::vec3 center_m;
     float extinction_per_m;
     float base_m;
     std::uint32_t flags;
     std::uint32_t source;  // index among the particles given
+    float structure_depth;
   };
   struct Walk;
 
   void make_grid();
   void fill_cells();
   void guess_sun(const glm::vec3& sun_direction);
-  float particle_extinction(const Packed& particle, const glm::vec3& p_m, float altitude_m) const;
+  // A place, and what is asked for there by all particles.
+  struct Place {
+    glm::vec3 p_m;
+    float altitude_m;
+    float noise;  // below 0: not asked for yet
+  };
+  float particle_extinction(const Packed& particle, Place& place) const;
   float extinction_in_cell(std::size_t cell, const glm::vec3& p_m, float enough = kNever) const;
   glm::ivec3 cell_at(const glm::vec3& p_m) const;
   std::size_t index(const glm::ivec3& cell) const {
@@ -75,6 +84,7 @@ class ExtinctionField {
   void walk(const glm::vec3& origin_m, const glm::vec3& direction, float end_m, Visit&& visit) const;
 
   const DensityLattice& lattice_;
+  StructureNoise structure_;
   float camera_altitude_m_;
   bool emits_ = false;
   std::vector<Packed> particles_;

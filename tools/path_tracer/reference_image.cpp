@@ -37,10 +37,9 @@ ReferenceImage::ReferenceImage(const CameraState& camera, std::uint32_t width, s
       seed_(seed),
       sums_(std::size_t{width} * height) {}
 
-glm::vec3 ReferenceImage::direction(std::uint32_t pixel) const {
+glm::vec3 ReferenceImage::direction(std::uint32_t pixel, const glm::vec2& in_pixel) const {
   const std::uint32_t column = pixel % width_, row = pixel / width_;
-  const glm::vec2 center = glm::vec2(column, row) + 0.5f;
-  const glm::vec2 ndc = center / glm::vec2(width_, height_) * 2.0f - 1.0f;
+  const glm::vec2 ndc = (glm::vec2(column, row) + in_pixel) / glm::vec2(width_, height_) * 2.0f - 1.0f;
   return glm::normalize(glm::vec3(render_from_clip_ * glm::vec4(ndc, 1.0f, 1.0f)));
 }
 
@@ -52,11 +51,11 @@ void ReferenceImage::add_samples(const PathTracer& tracer, std::uint32_t samples
   const auto work = [&] {
     for (std::uint32_t first = next.fetch_add(kPixelsPerTask); first < pixels; first = next.fetch_add(kPixelsPerTask)) {
       for (std::uint32_t pixel = first; pixel < std::min(first + kPixelsPerTask, pixels); ++pixel) {
-        const glm::vec3 ray = direction(pixel);
         Sums& sums = sums_[pixel];
         for (std::uint32_t i = samples_; i < samples_ + samples; ++i) {
           Random random(seed_, pixel, i);
-          const PathSample sample = tracer.camera_ray(ray, pixel_rad_, random);
+          const float across = random(), down = random();
+          const PathSample sample = tracer.camera_ray(direction(pixel, {across, down}), pixel_rad_, random);
           for (int c = 0; c < 3; ++c) {
             sums.radiance[c] += sample.radiance[c];
             sums.cloud[c] += sample.cloud[c];
@@ -109,7 +108,7 @@ ImageF ReferenceImage::layers(const ExtinctionField& field, const Surroundings& 
   const double n = std::max(1u, samples_);
   for (std::uint32_t pixel = 0; pixel < sums_.size(); ++pixel) {
     const Sums& sums = sums_[pixel];
-    const glm::vec3 eye(0.0f), ray = direction(pixel);
+    const glm::vec3 eye(0.0f), ray = direction(pixel, glm::vec2(0.5f));
     for (const double channel : sums.cloud) image.data.push_back(static_cast<float>(channel / n));
     image.data.push_back(static_cast<float>(sums.transmittance / n));
     image.data.push_back(field.first_matter_m(eye, ray, surroundings.ground_m(eye, ray)));

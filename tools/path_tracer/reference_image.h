@@ -1,6 +1,6 @@
 // A path-traced image, pass by pass: sums of every pixel, what they say about the mean, and a file to go on from.
 //
-// A pixel is the ray through its centre, as in the renderer, so that images can be compared pixel by pixel. The sums
+// A pixel is the mean over its area, first matter aside, which is that of the ray through its middle. The sums
 // depend on the seed and the number of samples alone: neither on the threads nor on where a run was interrupted.
 #pragma once
 
@@ -41,7 +41,8 @@ class ReferenceImage {
   struct Sums {
     double radiance[3] = {}, cloud[3] = {}, transmittance = 0, luminance = 0, luminance_squared = 0;
   };
-  glm::vec3 direction(std::uint32_t pixel) const;
+  // in_pixel: from its upper left corner, in pixels.
+  glm::vec3 direction(std::uint32_t pixel, const glm::vec2& in_pixel) const;
   double standard_error(const Sums& sums) const;
 
   glm::mat4 render_from_clip_;

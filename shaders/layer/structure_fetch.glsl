@@ -1,0 +1,52 @@
+// The noise of shared/structure.h at places, sampled. The including shader declares FrameConstants frame and sampler3D
+// structure_tile_volume.
+#ifndef NEPHELE_STRUCTURE_FETCH_GLSL
+#define NEPHELE_STRUCTURE_FETCH_GLSL
+
+#include "shared/structure.h"
+
+// Width of a layer's pixel, metres, at this distance.
+float pixel_width_m(float distance_m) {
+  return distance_m * 2.0 /
+         (length(vec3(frame.clip_from_render[0][1], frame.clip_from_render[1][1], frame.clip_from_render[2][1])) *
+          float(frame.layer_size_px.y));
+}
+
+float structure_octave(uint octave, vec3 air_m, float pixel_m) {
+  return structure_weight(octave) * structure_share(octave, pixel_m) *
+         (textureLod(structure_tile_volume, structure_place(octave, air_m), 0.0).x - 0.5);
+}
+
+// The noise as a pixel of this width sees it.
+float structure_at(vec3 p_render_m, float pixel_m) {
+  const vec3 air_m = structure_air_m(p_render_m, frame.camera_grid_m);
+  float sum = structure_octave(0u, air_m, pixel_m);
+  // A loop of at most one round: unlike a branch a CPU leaves it out where none of eight threads needs it.
+  for (float left = structure_share(1u, pixel_m); left > 0.0; left = 0.0) sum += structure_octave(1u, air_m, pixel_m);
+  return structure_noise(sum);
+}
+
+// The noise along a stretch of a ray about middle_m, seen from near_m on: what all its places have in common is found
+// once.
+struct StructureRay {
+  vec3 large, large_per_m, small, small_per_m;  // places of the two octaves at t metres: x + t * x_per_m
+  float large_weight, small_weight;
+  float pixel_m;
+};
+
+StructureRay structure_ray(vec3 direction, float middle_m, float near_m) {
+  const float pixel_m = pixel_width_m(max(near_m, 0.0));
+  const vec3 air_m = structure_air_m(direction * middle_m, frame.camera_grid_m) - middle_m * direction;
+  return StructureRay(structure_place(0u, air_m), structure_place(0u, direction), structure_place(1u, air_m),
+                      structure_place(1u, direction), structure_weight(0u) * structure_share(0u, pixel_m),
+                      structure_weight(1u) * structure_share(1u, pixel_m), pixel_m);
+}
+
+float structure_on(StructureRay ray, float at_m) {
+  float sum = ray.large_weight * (textureLod(structure_tile_volume, ray.large + at_m * ray.large_per_m, 0.0).x - 0.5);
+  for (float left = ray.small_weight; left > 0.0; left = 0.0)
+    sum += left * (textureLod(structure_tile_volume, ray.small + at_m * ray.small_per_m, 0.0).x - 0.5);
+  return structure_noise(sum);
+}
+
+#endif

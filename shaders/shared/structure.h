@@ -1,0 +1,95 @@
+// Structure of clouds below a particle's size: one noise of the air, the same for all particles, displaces their
+// surfaces. A particle with structure is a ball in its reference space whose radius at a place p is displaced_radius()
+// of the noise at p: neighbours bulge and recede together, so creases run across the seams between them. Everything
+// that asks for the clouds' density, the shading of chords, the ray marcher and the path tracer, asks for this
+// function; light and shadows ask for its mean over the noise (particle_profile in light.h).
+//
+// The noise is one tile with billows from 160 m down to 20 m, and near the eye the same tile again, sixteen times as
+// small. What is finer than the pixel that looks at it gives way to its mean. After: Schneider and Vos, The Real-Time
+// Volumetric Cloudscapes of Horizon Zero Dawn (2015), in that billows are inverted Worley noise; Perlin and Hoffert,
+// Hypertexture (1989), in that noise moves the boundary.
+#ifndef NEPHELE_SHARED_STRUCTURE_H
+#define NEPHELE_SHARED_STRUCTURE_H
+
+#include "noise.h"
+#include "types.h"
+#include "world.h"
+
+NEPHELE_SHARED_BEGIN
+
+NEPHELE_CONST(uint, kStructureTexels, 128u);  // a side of the tile
+NEPHELE_CONST(uint, kStructureCells, 4u);     // its largest billows along a side
+NEPHELE_CONST(uint, kStructureOctaves, 2u);   // sizes of the tile
+
+NEPHELE_FN float billows(vec3 p, uint size, uint seed) {
+  float f1 = worley_f1_periodic(p * float(size), kStructureCells * size, seed);
+  return 1.0f - f1 * f1;
+}
+
+// The tile at p, 0 <= p < kStructureCells: round billows with sharp creases between them and smaller ones on top, in
+// [0, 1] with mean 0.5 and standard deviation 0.2.
+NEPHELE_CONST(float, kStructureBillowMean, 0.696f);  // of the sum below
+NEPHELE_FN float structure_tile(vec3 p) {
+  float sum = 0.4f * billows(p, 1u, 11u) + 0.3f * billows(p, 2u, 12u) + 0.19f * billows(p, 4u, 13u) +
+              0.11f * billows(p, 8u, 14u);
+  return clamp(0.5f + 2.0f * (sum - kStructureBillowMean), 0.0f, 1.0f);
+}
+
+// Tiles in kOriginUnitM of an octave: a whole number, so that the noise does not know where a grid's origin is.
+NEPHELE_FN float structure_tiles(uint octave) { return octave == 0u ? 147.0f : 2357.0f; }
+NEPHELE_FN float structure_tile_m(uint octave) { return kOriginUnitM / structure_tiles(octave); }
+
+// Share of an octave in the noise.
+NEPHELE_FN float structure_weight(uint octave) { return octave == 0u ? 1.4f : 0.3f; }
+
+// What is left of an octave where a pixel is this wide.
+NEPHELE_FN float structure_share(uint octave, float pixel_m) {
+  float tile_m = structure_tile_m(octave);
+  return 1.0f - smoothstep(tile_m / 26.0f, tile_m / 6.5f, pixel_m);
+}
+
+// Where an octave's tiles are looked up: the air of the scene, in tiles, the axes in another order each time.
+// camera_grid_m: FrameConstants. The planet's curvature counts, arcs and chords are not told apart.
+NEPHELE_FN vec3 structure_air_m(vec3 p_render_m, vec3 camera_grid_m) {
+  float drop_m = (p_render_m.x * p_render_m.x + p_render_m.y * p_render_m.y) * (0.5f / kPlanetRadiusM);
+  return camera_grid_m + p_render_m + vec3(0.0f, 0.0f, drop_m);
+}
+NEPHELE_FN vec3 structure_place(uint octave, vec3 air_m) {
+  vec3 p = octave == 1u ? vec3(air_m.y, air_m.z, air_m.x) : air_m;
+  return p * (structure_tiles(octave) / kOriginUnitM);
+}
+
+NEPHELE_CONST(float, kStructureMean, 0.62f);  // broad domes, narrow creases
+
+// The noise from the sum over octaves of weight * share * (tile - 0.5).
+NEPHELE_FN float structure_noise(float sum) { return clamp(kStructureMean + sum, 0.0f, 1.0f); }
+
+// How far the noise moves the surface of a particle of these semi-axes, in its radii; 0: it has no structure.
+NEPHELE_CONST(float, kStructureDeepest, 0.5f);
+NEPHELE_CONST(float, kStructureDepthM, 110.0f);
+// Torn ones, edges that evaporate and wisps, are moved farther, so that they fall into shreds.
+NEPHELE_CONST(float, kTornDepth, 1.5f);
+NEPHELE_FN float structure_depth(vec3 radius_m, uint flags) {
+  if ((flags & kParticleDetail) == 0u) return 0.0f;
+  float torn = float((flags >> kParticleTornShift) & kMostTorn) / float(kMostTorn);
+  float whole = min(kStructureDeepest, kStructureDepthM / pow(radius_m.x * radius_m.y * radius_m.z, 1.0f / 3.0f));
+  return mix(whole, kTornDepth, torn);
+}
+
+// Radius of the displaced ball in its reference space: where the noise is at its mean the same for particles of all
+// sizes, so that neither a pixel that is too wide for the noise nor a coarser ring sees other clouds. In [0.05, 1].
+NEPHELE_CONST(float, kStructureMeanRadius, 1.0f - kStructureDeepest * (1.0f - kStructureMean));
+NEPHELE_FN float displaced_radius(float depth, float noise) {
+  return clamp(kStructureMeanRadius + depth * (noise - kStructureMean), 0.05f, 1.0f);
+}
+
+// Density of the ball of this radius at a squared distance r2 from its centre: even inside, with a soft skin.
+NEPHELE_CONST(float, kStructureSkin, 0.35f);  // of 1 - r^2 where the density is full
+NEPHELE_FN float structured_density(float r2, float radius) {
+  float q = clamp((1.0f - r2 / (radius * radius)) * (1.0f / kStructureSkin), 0.0f, 1.0f);
+  return q * q * (3.0f - 2.0f * q);
+}
+
+NEPHELE_SHARED_END
+
+#endif
