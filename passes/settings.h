@@ -59,7 +59,7 @@ struct RenderSettings {
   std::uint32_t light_side_cells = 0;  // of the light field's windows; 0: the quality's
   std::uint32_t light_height_cells = 0;  // their layers; 0: the quality's
   std::uint32_t light_cell_m = 0;        // width of the light field's finest cells; 0: the quality's
-  std::uint32_t light_sweeps = 8;        // of the light field along all ordinates
+  std::uint32_t light_sweeps = 12;       // of the light field along all ordinates
 };
 
 struct Setting {

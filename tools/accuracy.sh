@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Measures today's picture against the path-traced truth (tools/truth/, tools/truth.sh) and writes the figures of
-# docs/accuracy.md and docs/pictures/accuracy.png. The closed cases take an hour, the rest a few minutes.
+# docs/accuracy.md and docs/pictures/accuracy.png. The closed cases take an hour, errors two minutes, the rest twenty.
 #   tools/accuracy.sh [--no-closed-cases]     keeps the figures of the closed cases
+#   tools/accuracy.sh --errors                measures particles alone, keeps the marcher's and the sun's figures too
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tools/marked_block.sh
@@ -89,8 +90,10 @@ for name in "${scenes[@]}"; do
   errors_of_scene "$name" >>"$work/errors.txt"
   pictures_of_scene "$name"
 done
-for name in "${scenes[@]}"; do marched "$name" >>"$work/marched.txt"; done
-for name in cloud_front cloud_side cloud_back; do sun_only "$name" >>"$work/sun.txt"; done
+if [[ ${1:-} != --errors ]]; then
+  for name in "${scenes[@]}"; do marched "$name" >>"$work/marched.txt"; done
+  for name in cloud_front cloud_side cloud_back; do sun_only "$name" >>"$work/sun.txt"; done
+fi
 convert "${pictures[@]}" -append docs/pictures/accuracy.png
 
 table() {  # titles, file of the rows
@@ -100,7 +103,7 @@ table() {  # titles, file of the rows
 }
 
 document=docs/accuracy.md
-if [[ ${1:-} != --no-closed-cases ]]; then
+if [[ $# == 0 ]]; then
   build/test_cpu --no-skip --test-case="path tracer study*" >"$work/study.txt"
   grep '^| [0-9]' "$work/study.txt" >"$work/spheres.txt"
   titles="| optical diameter | g | degrees between eye and sun | worst band | its noise | mean square / noise |"
@@ -110,6 +113,8 @@ marked_block "$document" "truth set" table "| scene | samples a pixel | noise |"
 titles="| scene | light, blend | layer relMSE | of it noise | bias % | thin % | thick % | tiles % | P95 % | T RMSE \
 | picture relMSE | bias % |"
 marked_block "$document" errors table "$titles" "$work/errors.txt"
-marked_block "$document" marcher table "| scene | 16 | 64 | 512 |" "$work/marched.txt"
-marked_block "$document" "sun alone" table "| scene | field | tables |" "$work/sun.txt"
+if [[ ${1:-} != --errors ]]; then
+  marked_block "$document" marcher table "| scene | 16 | 64 | 512 |" "$work/marched.txt"
+  marked_block "$document" "sun alone" table "| scene | field | tables |" "$work/sun.txt"
+fi
 echo "$document"

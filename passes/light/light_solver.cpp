@@ -21,7 +21,7 @@ constexpr std::uint32_t kLocalSize = 64;
 constexpr std::uint32_t kFloorPlaces = 32;  // along a side: where the beam through the floor is looked up
 constexpr std::uint32_t kOpennessRings = 24, kLayersASlice = 32;  // light_openness.glsl, light_openness.comp
 constexpr const char* kRow = "light_field";
-constexpr double kSpread = 0.93;  // of the sweeps' weights: the spectral radius they are made for
+constexpr double kSpread = 0.96;  // of the sweeps' weights: the spectral radius they are made for
 
 std::uint32_t groups_for(std::uint32_t threads) { return (threads + kLocalSize - 1) / kLocalSize; }
 

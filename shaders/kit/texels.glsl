@@ -97,7 +97,7 @@ DrawParticle draw_particle_from(uvec4 texels[10]) {
   p.own_depth_share = t[8].w;
   p.field_per_m = t[9].xy;
   p.structure_depth = t[9].z;
-  p.mean_radius_m = t[9].w;
+  p.unused = t[9].w;
   return p;
 }
 

@@ -258,7 +258,7 @@ void main() {
     end_m = max(min(end_m, limit_m), t + max(1e-6, 2e-7 * t));  // never without moving on
     const float at_m = mix(t, end_m, jitter);
     const float altitude = altitude_m(direction * at_m, frame.camera_grid_m.z);
-    const float noise = structure_at(direction * at_m, pixel_width_m(at_m));
+    const float noise = structure_on(structure_ray(direction, at_m, at_m), at_m);
     Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), false);
     for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, noise, s);
     lookups += open_count;

@@ -45,25 +45,11 @@ float own_depth_to_sun(DrawParticle p, vec3 from_center_m) {
   const float sun_radius_m = 1.0 / length(towards_sun);
   const float along = sun_radius_m * dot(at, towards_sun), h2 = max(1.0 - dot(at, at) + along * along, 0.0);
   const float self = profile_integral(sqrt(h2), h2, p.flags) - profile_integral(along, h2, p.flags);
-  return others + p.extinction_per_m * sun_radius_m * max(self, 0.0);
-}
-
-// Optical depth that the structure of the particle's surface adds between a place in it and the sun: the way to the
-// displaced surface less the way to the mean one, both through matter as dense as along the ray. noise: at the place.
-float depth_of_structure(DrawParticle p, vec3 from_center_m, float density_per_m, float pixel_m) {
-  const vec3 towards_sun = p.reference_from_render * frame.sun_direction, at = p.reference_from_render * from_center_m;
-  const float sun_radius_m = 1.0 / length(towards_sun);
-  const float along = sun_radius_m * dot(at, towards_sun), b2 = dot(at, at) - along * along;
-  const float mean = displaced_radius(p.structure_depth, kStructureMean);
-  const float mean_way = max(sqrt(max(mean * mean - b2, 0.0)) - along, 0.0);
-  const vec3 exit_m = from_center_m + max(mean_way, 0.15) * sun_radius_m * frame.sun_direction;
-  const float radius = displaced_radius(p.structure_depth, structure_at(p.center_m + exit_m, pixel_m));
-  const float way = max(sqrt(max(radius * radius - b2, 0.0)) - along, 0.0);
-  return density_per_m * sun_radius_m * (way - mean_way);
+  return others + p.extinction_per_m * torn_matter(p.flags) * sun_radius_m * max(self, 0.0);
 }
 
 // Source radiance of a segment that is lit as it is at_m metres from the camera.
-vec3 radiance_from_field(DrawParticle p, vec3 direction, float at_m, float density_per_m, float pixel_m) {
+vec3 radiance_from_field(DrawParticle p, vec3 direction, float at_m) {
   const vec3 from_center_m = direction * at_m - p.center_m;
   const float mu = dot(frame.sun_direction, direction);
   const vec4 seen = textureLod(light_radiance, p.field_place + from_center_m * field_scale_per_m(p), 0.0);
@@ -71,8 +57,6 @@ vec3 radiance_from_field(DrawParticle p, vec3 direction, float at_m, float densi
   // A loop of at most one round: unlike a branch a CPU leaves it out where none of eight threads needs it.
   for (float left = p.own_depth_share; left > 0.0; left = 0.0)
     tau = mix(tau, own_depth_to_sun(p, from_center_m), p.own_depth_share);
-  for (float left = p.structure_depth; left > 0.0; left = 0.0)
-    tau = max(tau + depth_of_structure(p, from_center_m, density_per_m, pixel_m), 0.0);
   const float once_per_sr = phase_per_sr(frame.phase_function, mu, frame.phase_g);
   return source_radiance_in_field(p.sun_irradiance, mu, once_per_sr, tau, seen.rgb);
 }
@@ -108,8 +92,9 @@ vec2 fetch_matter(vec3 entry, vec3 exit) {
 // Samples of the density along a visible chord are this far apart, and so many at most and at least; where the eye is
 // in a smooth particle, or a base hides a part of one, so many. Numbers are real: the last sample stands for what is
 // left, so that nothing jumps as a chord grows.
-const float kStepM = 45.0, kMostSamples = 8.0, kFewestSamples = 3.0, kInsideSamples = 12.0, kCutSamples = 3.0;
+const float kStepM = 30.0, kMostSamples = 8.0, kFewestSamples = 3.0, kInsideSamples = 12.0, kCutSamples = 3.0;
 const float kNearM = 400.0, kNearStepM = 20.0, kMostNearSamples = 24.0;  // nearer than this they are denser
+const float kPixelPoint = 0.29;                                          // of a pixel, from its middle
 const float kOpaqueDepth = 5.0;  // the rest of a chord behind it is not asked for
 
 // The chord of a ray through a particle's unit sphere: start + (t - along_m) * step at t metres, closest to the centre
@@ -122,8 +107,8 @@ struct UnitChord {
 // The particle's matter between two places of a ray, measured: the stretch becomes the one over which matter of the
 // same optical depth would have the same middle and spread if it were even, and its mean extinction is returned.
 //
-// A pixel sees an outline within its width as the share of it that is covered. So a ball with structure is looked at
-// half a pixel larger than it is, and its opacity rises from nothing at that outline to its own a pixel farther in.
+// A pixel sees the mean over its area. Across an outline that is by two points, Gauss's: the opacity of a ball with
+// structure is the mean of that of a slightly smaller and a slightly larger one.
 float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float step_m, inout float near_m,
                           inout float far_m) {
   const float step2 = dot(chord.step, chord.step);
@@ -131,18 +116,20 @@ float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float
   const float climb =
       (altitude_m(direction * far_m, frame.camera_grid_m.z) - p.base_m - base_near_m) / (far_m - near_m);
   const StructureRay structure = structure_ray(direction, 0.5 * (near_m + far_m), near_m);
-  const float half_pixel = min(0.5 * structure.pixel_m / p.mean_radius_m, 0.3);
-  float deepest = 0.0;                         // in the ball along the ray, in its radii
+  const float aside = min(kPixelPoint * structure.pixel_m * sqrt(step2), 0.25);  // in radii
   float sum = 0.0, first = 0.0, second = 0.0;  // moments of matter along the ray, from near_m
+  float difference = 0.0;                      // of the larger ball's and the smaller one's
   for (float t = 0.0; t < far_m - near_m && sum * p.extinction_per_m < kOpaqueDepth; t += step_m) {
     const float length_m = min(step_m, far_m - near_m - t), at = t + 0.5 * length_m;
     const float at_m = near_m + at, from_mid_m = at_m - chord.mid_m;
     float density = 0.0;
     if (p.structure_depth > 0.0) {
       const float r2 = chord.b2 + from_mid_m * from_mid_m * step2;
-      const float radius = min(displaced_radius(p.structure_depth, structure_on(structure, at_m)) + half_pixel, 1.0);
-      density = structured_density(r2, radius);
-      deepest = max(deepest, radius - sqrt(r2));
+      const float radius = displaced_radius(p.structure_depth, structure_on(structure, at_m));
+      const float larger = structured_density(r2, min(radius + aside, 1.0));
+      const float smaller = structured_density(r2, max(radius - aside, 0.05));
+      density = 0.5 * (larger + smaller);
+      difference += (larger - smaller) * base_fade(base_near_m + climb * at) * length_m;
     }
     if (kSmoothParticles && p.structure_depth <= 0.0)
       density = density_in_particle(chord.start + (at_m - chord.along_m) * chord.step);
@@ -155,9 +142,8 @@ float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float
   const float middle = first / sum, half_m = sqrt(max(3.0 * (second / sum - middle * middle), 1e-4));
   far_m = min(near_m + middle + half_m, far_m);
   near_m = max(near_m + middle - half_m, near_m);
-  const float depth = p.extinction_per_m * sum;
-  const float covered = p.structure_depth > 0.0 ? min(0.5 * deepest / max(half_pixel, 1e-6), 1.0) : 1.0;
-  return (covered < 1.0 ? -log(1.0 - covered * opacity_of(depth)) : depth) / (far_m - near_m);
+  const float half_apart = 0.5 * p.extinction_per_m * difference, depth = p.extinction_per_m * sum;
+  return (depth - log(cosh(half_apart))) / (far_m - near_m);
 }
 
 // The particle's visible segment along the ray up to limit_m; false when there is none.
@@ -177,7 +163,6 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   const vec3 closest = start + mid * step;
   const vec3 entry = normalize(closest - half_chord * step), exit = normalize(closest + half_chord * step);
   const float h = min(half_chord * length(step), 1.0);
-  const float pixel_m = pixel_width_m(max(near_m, 0.0));
   const bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
   const bool structured = p.structure_depth > 0.0;
   // What the table knows of the chord.
@@ -209,8 +194,6 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   }
   if (density <= 0.0) return false;
 
-  if (density <= 0.0) return false;
-
   segment.extinction_per_m = density;
   segment.near_m = near_m;
   segment.far_m = far_m;
@@ -221,7 +204,7 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   if (density * (far_m - near_m) < 1e-4) return false;  // not worth its light
   float at_m = near_m + min(1.0 / density, 0.5 * (far_m - near_m));
   segment.radiance = kLightField
-                         ? radiance_from_field(p, direction, at_m, density, pixel_m)
+                         ? radiance_from_field(p, direction, at_m)
                          : radiance_from_tables(p, direction, at_m, entry, h, dot(p.light_direction, -normalize(step)),
                                                 density * 2.0 * half_chord);
   return true;

@@ -93,7 +93,6 @@ void main() {
   d.own_depth_share = 0.0;
   d.field_per_m = vec2(0.0);
   d.structure_depth = structure_depth(p.radius_m, d.flags);
-  d.mean_radius_m = mean_radius_m;
   if (kLightField)
     place_in_field(p.center_m, light.own_depth, max(max(p.radius_m.x, p.radius_m.y), p.radius_m.z), d);
   else

@@ -12,20 +12,6 @@ float pixel_width_m(float distance_m) {
           float(frame.layer_size_px.y));
 }
 
-float structure_octave(uint octave, vec3 air_m, float pixel_m) {
-  return structure_weight(octave) * structure_share(octave, pixel_m) *
-         (textureLod(structure_tile_volume, structure_place(octave, air_m), 0.0).x - 0.5);
-}
-
-// The noise as a pixel of this width sees it.
-float structure_at(vec3 p_render_m, float pixel_m) {
-  const vec3 air_m = structure_air_m(p_render_m, frame.camera_grid_m);
-  float sum = structure_octave(0u, air_m, pixel_m);
-  // A loop of at most one round: unlike a branch a CPU leaves it out where none of eight threads needs it.
-  for (float left = structure_share(1u, pixel_m); left > 0.0; left = 0.0) sum += structure_octave(1u, air_m, pixel_m);
-  return structure_noise(sum);
-}
-
 // The noise along a stretch of a ray about middle_m, seen from near_m on: what all its places have in common is found
 // once.
 struct StructureRay {

@@ -42,8 +42,8 @@ void main() {
   const vec2 first_m = aligned ? floor((middle_m - across_m) / step_m) * step_m : middle_m - across_m;
   const int steps =
       int(ceil((middle_m.x + across_m - min(first_m.x, first_m.y + middle_m.x - middle_m.y)) / step_m)) + 1;
-  const float unit =
-      kLightFixedPoint * p.extinction_per_m * p.radius_m.z * step_m * step_m / (cell_m * cell_m * layer_m);
+  const float unit = kLightFixedPoint * p.extinction_per_m * torn_matter(p.flags) * p.radius_m.z * step_m * step_m /
+                     (cell_m * cell_m * layer_m);
   const float height_m = center_m.z - lattice.lowest_m;
   const float base_m = has_base(p.base_m) ? p.base_m - lattice.lowest_m : -1e9;
   for (int row = int(gl_GlobalInvocationID.y); row < steps; row += int(threads))

@@ -167,12 +167,18 @@ struct CellColumn {
   vec2 p_m;
   float core;
   float height_m;
+  float share;  // of the cell
 };
 
 NEPHELE_FN float column_density(float core) { return mix(0.4f, 1.0f, smooth_ramp(0.0f, 0.22f, core)); }
 
 // How torn particles are: those near the edge, and all of a small cloud, evaporate.
 NEPHELE_FN float torn_at(float edge_m) { return 0.7f * (1.0f - smooth_ramp(30.0f, 350.0f, edge_m)); }
+
+// Bodies that stand on a small share of their cell are shreds, whatever cloud is around: in them densities fade.
+NEPHELE_FN float torn_body(float share, float edge_m) {
+  return max(torn_at(edge_m), 0.9f * (1.0f - smooth_ramp(0.0f, 0.6f, share)));
+}
 
 // Slope of the cloud's top across the quadrants.
 NEPHELE_FN vec2 cell_slope(CellCloud cloud, GridCell cell) {
@@ -197,11 +203,12 @@ struct CellShape {
   float closing_m;  // closing_radius_m
   vec2 slope;       // of the cloud's top
   float steepness;
-  float levels;  // to fill, the base included: a real number
-  float spared;  // how far neighbours take turns
-  float crown;   // crown particles: a real number
-  float wisp;    // presence of the wisp
-  float coarse;  // 0 at the finest cells, towards 1
+  float tallest_m;  // of the covered places
+  float levels;     // to fill, the base included: a real number
+  float spared;     // how far neighbours take turns
+  float crown;      // crown particles: a real number
+  float wisp;       // presence of the wisp
+  float coarse;     // 0 at the finest cells, towards 1
 };
 
 NEPHELE_FN CellShape cell_shape(CloudField field, CloudParams params, GridCell cell, CellCloud cloud) {
@@ -219,7 +226,9 @@ NEPHELE_FN CellShape cell_shape(CloudField field, CloudParams params, GridCell c
   shape.slope = cell_slope(cloud, cell);
   shape.steepness = length(shape.slope);
   shape.coarse = 1.0f - kFinestM / max(c, kFinestM);
-  shape.levels = clamp((height_m - 0.5f * c) / (0.9f * c) + 1.0f, c > kFinestM ? 2.0f : 1.0f,
+  shape.tallest_m = 0.0f;
+  for (int i = 0; i < 4; ++i) shape.tallest_m = max(shape.tallest_m, covered[i] * cloud.height_m[i]);
+  shape.levels = clamp((shape.tallest_m - 0.5f * c) / (0.9f * c) + 1.0f, c > kFinestM ? 2.0f : 1.0f,
                        float(min(field.layer_count, kMaxLevels)));
   shape.spared = smooth_ramp(0.9f * c, 1.3f * c, edge_m);
   float area = min(kCrownSteepest, sqrt(1.0f + shape.steepness * shape.steepness));
@@ -263,7 +272,31 @@ NEPHELE_FN CellColumn liked_column(CloudField field, CloudParams params, GridCel
   column.p_m /= sum;
   column.core /= sum;
   column.height_m /= sum;
+  column.share = covered_share(cloud.core);
   return column;
+}
+
+// The places at which the cloud reaches above this height, as one column; a place fades out within fade_m.
+NEPHELE_FN CellColumn cell_slice(CloudField field, CloudParams params, GridCell cell, CellCloud cloud, float height_m,
+                                 float fade_m) {
+  vec4 covered = places_covered(cloud.core);
+  CellColumn slice;
+  slice.p_m = vec2(0.0f);
+  slice.core = 0.0f;
+  slice.height_m = 0.0f;
+  float sum = 1e-12f;
+  for (uint i = 0u; i < 4u; ++i) {
+    float w = covered[int(i)] * saturate((cloud.height_m[int(i)] - height_m) / fade_m);
+    sum += w;
+    slice.p_m += w * (quadrant_place(field, params, cell, i) - cell.corner_m);
+    slice.core += w * cloud.core[int(i)];
+    slice.height_m += w * cloud.height_m[int(i)];
+  }
+  slice.p_m = cell.corner_m + slice.p_m / sum;
+  slice.core /= sum;
+  slice.height_m /= sum;
+  slice.share = 0.25f * sum;
+  return slice;
 }
 
 // How far the level of this number, from 1 on, stands: a real number of levels fades the last one in, and deep inside a
@@ -354,7 +387,7 @@ NEPHELE_FN CloudParticle particle_over_base(CloudField field, CloudParams params
   float height = column.height_m;
   CloudParticle particle;
   particle.id = h;
-  particle.torn = slot == kWispSlot ? 1.0f : torn_at(column.core * cloud.radius_m);
+  particle.torn = slot == kWispSlot ? 1.0f : torn_body(shape.covered, column.core * cloud.radius_m);
   particle.base_m = 0.0f;
   particle.top_m = height;
   particle.yaw_rad = uniform_float(h, 0.0f, 2.0f * kPi);
@@ -372,24 +405,39 @@ NEPHELE_FN CloudParticle particle_over_base(CloudField field, CloudParams params
     particle.radius_m = vec3(across * long_axis, across / long_axis, base_up);
     particle.center_m = vec3(at.x, at.y, 0.3f * base_up + uniform_float(h, -15.0f, 15.0f));
   } else if (slot < kFirstCrown) {
+    // The cloud's slice at this height: what of the cell is taller.
     float intervals = max(shape.levels - 1.0f, 0.05f);
     float t = min(float(slot) / intervals, 1.0f);
-    float across = reach * mix(1.0f, mix(0.7f, 0.98f, shape.coarse), t) * uniform_float(h, 0.85f, 1.15f) *
-                   mix(0.9f, 1.1f, shape.spared);
+    float rise = max(shape.tallest_m - base_up, 1.0f);
+    float spacing = rise / max(intervals, 1.0f);
+    CellColumn slice = cell_slice(field, params, cell, cloud, base_up + t * rise - spacing, spacing);
+    // The few levels of a large cell stand for more than their slices, and apart, so that they cover what the cell
+    // does.
+    slice.p_m = mix(slice.p_m, column.p_m, shape.coarse);
+    slice.share = mix(slice.share, shape.covered, shape.coarse);
+    float across =
+        clamp(slice.core * cloud.radius_m + 60.0f,
+              max(closing_radius_m(field, cell, slice.share, slice.height_m), min(0.4f * slice.height_m, 0.5f * c)), c);
+    across *=
+        mix(1.0f, mix(0.75f, 0.995f, shape.coarse), t) * uniform_float(h, 0.85f, 1.15f) * mix(0.9f, 1.1f, shape.spared);
     // When fewer levels than the height asks for are allowed, they stretch so that the column stays closed.
-    float up = max(min(0.9f * across, 0.5f * filled),
-                   min(0.6f * (filled - base_up) / max(intervals, 1.0f), mix(1.6f, 4.0f, shape.spared) * across));
-    float z = min(mix(base_up, filled - 0.8f * up, t), height - 0.8f * up);
+    float up = max(min(0.9f * across, 0.5f * filled), min(0.75f * spacing, mix(1.6f, 4.0f, shape.spared) * across));
+    float z = min(base_up + t * rise, slice.height_m) - 0.8f * up;
+    float turn = uniform_float(h, 0.0f, 2.0f * kPi);
+    float aside = 0.15f * c * sqrt(unit_float(hash_next(h)));
     particle.radius_m = vec3(across * long_axis, across / long_axis, up);
-    particle.center_m = vec3(column.p_m.x, column.p_m.y, max(z, 0.0f));
-    particle.density *= level_presence(shape, slot) * smooth_ramp(1.4f, 1.8f, filled / base_up);
+    particle.center_m = vec3(slice.p_m.x + aside * cos(turn), slice.p_m.y + aside * sin(turn), max(z, 0.3f * up));
+    particle.top_m = slice.height_m;
+    particle.torn = torn_body(slice.share, slice.core * cloud.radius_m);
+    particle.density = column_density(slice.core) * smooth_ramp(0.0f, 0.25f, slice.share) *
+                       level_presence(shape, slot) * smooth_ramp(1.4f, 1.8f, shape.tallest_m / base_up);
   } else {
-    float radius = uniform_float(h, 92.0f, 184.0f);
+    float radius = uniform_float(h, 60.0f, 140.0f);
     float outward = uniform_float(h, 18.0f, 129.0f) / max(shape.steepness, 0.05f);
     float z = uniform_float(h, 0.15f, 0.9f) * max(height, 180.0f);
-    particle.radius_m = vec3(radius * long_axis, radius / long_axis, 0.45f * radius);
+    particle.radius_m = vec3(1.5f * radius, 0.6f * radius, 0.5f * radius);
     particle.center_m = vec3(column.p_m.x - outward * shape.slope.x, column.p_m.y - outward * shape.slope.y, z);
-    particle.density *= shape.wisp * uniform_float(h, 0.04f, 0.14f);
+    particle.density *= shape.wisp * uniform_float(h, 0.06f, 0.2f);
   }
   return particle;
 }

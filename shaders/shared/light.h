@@ -86,6 +86,12 @@ NEPHELE_FN float sun_stop_m(float w_m, float view_distance_m) {
 
 // ---- A particle as an occluder ----
 
+// What is left of a particle's matter where it is torn (structure.h): 0.55 of it, fitted likewise, if wholly.
+NEPHELE_FN float torn_matter(uint flags) {
+  float torn = float((flags >> kParticleTornShift) & kMostTorn) / float(kMostTorn);
+  return (flags & kParticleDetail) != 0u ? 1.0f - 0.45f * torn : 1.0f;
+}
+
 // A particle seen along w. At offset d = (du, dv) from its centre the sun ray's squared impact parameter is
 // d^T shape d (1 at the silhouette) and the middle of its chord is at w = center.z + dot(slope, d); a ray through
 // the middle of the silhouette has a chord of 2 half_m.
@@ -180,20 +186,21 @@ NEPHELE_FN Occluder make_occluder(Particle particle, mat3 light_from_render, flo
   occluder.half_m = inversesqrt(dot(along, along));
   occluder.slope = vec2(vv * uw - uv * vw, uu * vw - uv * uw) * inverse_det;
   occluder.base_m = particle.base_m - altitude_m(particle.center_m, camera_altitude_m);
-  occluder.extinction_per_m = particle.extinction_per_m;
+  occluder.extinction_per_m = particle.extinction_per_m * torn_matter(particle.flags);
   occluder.flags = particle.flags & kParticleHomogeneous;
   return occluder;
 }
 
 // A particle's extinction as a fraction of its peak, averaged over the air's structure (structure.h), as a polynomial
 // in q = 1 - r^2, so that chords integrate in closed form. Fitted with weight r^2 to balls whose surface is displaced
-// as far as that of most particles is, kStructureDeepest: RMS error 0.02, mean fill 0.427 for 0.427. The smooth
+// as far as that of most particles is, kStructureDeepest: RMS error 0.04, mean fill 0.416 for 0.408. The smooth
 // reference particle (reference_particle.h) has nearly the same: mean fill 0.43. Exactly 1 for homogeneous particles.
-NEPHELE_CONST(float, kProfile2, 3.66f);
-NEPHELE_CONST(float, kProfile3, -2.69f);
+NEPHELE_CONST(float, kProfile2, 2.45f);
+NEPHELE_CONST(float, kProfile3, 0.4f);
+NEPHELE_CONST(float, kProfile4, -1.85f);
 
 NEPHELE_FN float particle_profile(float q, uint flags) {
-  return (flags & kParticleHomogeneous) != 0u ? 1.0f : q * q * (kProfile2 + q * kProfile3);
+  return (flags & kParticleHomogeneous) != 0u ? 1.0f : q * q * (kProfile2 + q * (kProfile3 + q * kProfile4));
 }
 
 // Its integral along a chord of the unit sphere from the chord's middle to the signed distance s, where
@@ -202,7 +209,9 @@ NEPHELE_FN float profile_integral(float s, float h2, uint flags) {
   float s2 = s * s;
   float i2 = h2 * (h2 - s2 * (2.0f / 3.0f)) + s2 * s2 * 0.2f;
   float i3 = h2 * (h2 * (h2 - s2) + 0.6f * s2 * s2) - s2 * s2 * s2 * (1.0f / 7.0f);
-  return (flags & kParticleHomogeneous) != 0u ? s : s * (kProfile2 * i2 + kProfile3 * i3);
+  float i4 = h2 * (h2 * (h2 * (h2 - s2 * (4.0f / 3.0f)) + 1.2f * s2 * s2) - s2 * s2 * s2 * (4.0f / 7.0f)) +
+             s2 * s2 * s2 * s2 * (1.0f / 9.0f);
+  return (flags & kParticleHomogeneous) != 0u ? s : s * (kProfile2 * i2 + kProfile3 * i3 + kProfile4 * i4);
 }
 
 // The part of a particle's chord along a sun ray that lies beyond a point and above the flat base: from `begin` to

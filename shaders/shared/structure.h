@@ -32,7 +32,7 @@ NEPHELE_CONST(float, kStructureBillowMean, 0.696f);  // of the sum below
 NEPHELE_FN float structure_tile(vec3 p) {
   float sum = 0.4f * billows(p, 1u, 11u) + 0.3f * billows(p, 2u, 12u) + 0.19f * billows(p, 4u, 13u) +
               0.11f * billows(p, 8u, 14u);
-  return clamp(0.5f + 2.0f * (sum - kStructureBillowMean), 0.0f, 1.0f);
+  return clamp(0.5f + 1.45f * (sum - kStructureBillowMean), 0.0f, 1.0f);
 }
 
 // Tiles in kOriginUnitM of an octave: a whole number, so that the noise does not know where a grid's origin is.
@@ -40,7 +40,7 @@ NEPHELE_FN float structure_tiles(uint octave) { return octave == 0u ? 147.0f : 2
 NEPHELE_FN float structure_tile_m(uint octave) { return kOriginUnitM / structure_tiles(octave); }
 
 // Share of an octave in the noise.
-NEPHELE_FN float structure_weight(uint octave) { return octave == 0u ? 1.4f : 0.3f; }
+NEPHELE_FN float structure_weight(uint octave) { return octave == 0u ? 1.4f : 0.15f; }
 
 // What is left of an octave where a pixel is this wide.
 NEPHELE_FN float structure_share(uint octave, float pixel_m) {
@@ -59,16 +59,16 @@ NEPHELE_FN vec3 structure_place(uint octave, vec3 air_m) {
   return p * (structure_tiles(octave) / kOriginUnitM);
 }
 
-NEPHELE_CONST(float, kStructureMean, 0.62f);  // broad domes, narrow creases
+NEPHELE_CONST(float, kStructureMean, 0.6f);  // broad domes, narrow creases
 
 // The noise from the sum over octaves of weight * share * (tile - 0.5).
 NEPHELE_FN float structure_noise(float sum) { return clamp(kStructureMean + sum, 0.0f, 1.0f); }
 
 // How far the noise moves the surface of a particle of these semi-axes, in its radii; 0: it has no structure.
-NEPHELE_CONST(float, kStructureDeepest, 0.5f);
-NEPHELE_CONST(float, kStructureDepthM, 110.0f);
+NEPHELE_CONST(float, kStructureDeepest, 0.6f);
+NEPHELE_CONST(float, kStructureDepthM, 150.0f);
 // Torn ones, edges that evaporate and wisps, are moved farther, so that they fall into shreds.
-NEPHELE_CONST(float, kTornDepth, 1.5f);
+NEPHELE_CONST(float, kTornDepth, 1.1f);
 NEPHELE_FN float structure_depth(vec3 radius_m, uint flags) {
   if ((flags & kParticleDetail) == 0u) return 0.0f;
   float torn = float((flags >> kParticleTornShift) & kMostTorn) / float(kMostTorn);
@@ -77,10 +77,15 @@ NEPHELE_FN float structure_depth(vec3 radius_m, uint flags) {
 }
 
 // Radius of the displaced ball in its reference space: where the noise is at its mean the same for particles of all
-// sizes, so that neither a pixel that is too wide for the noise nor a coarser ring sees other clouds. In [0.05, 1].
-NEPHELE_CONST(float, kStructureMeanRadius, 1.0f - kStructureDeepest * (1.0f - kStructureMean));
+// sizes, so that neither a pixel that is too wide for the noise nor a coarser ring sees other clouds. Only the torn,
+// the more so the farther they are moved, are smaller: the bounds, which cut one place of twenty off, would show as
+// arcs.
+NEPHELE_CONST(float, kStructureMeanRadius, 0.8f);
+NEPHELE_FN float mean_displaced_radius(float depth) {
+  return kStructureMeanRadius - (1.0f - kStructureMean) * max(depth - kStructureDeepest, 0.0f);
+}
 NEPHELE_FN float displaced_radius(float depth, float noise) {
-  return clamp(kStructureMeanRadius + depth * (noise - kStructureMean), 0.05f, 1.0f);
+  return clamp(mean_displaced_radius(depth) + depth * (noise - kStructureMean), 0.05f, 1.0f);
 }
 
 // Density of the ball of this radius at a squared distance r2 from its centre: even inside, with a soft skin.

@@ -86,7 +86,7 @@ struct DrawParticle {
   float own_depth_share;  // of the depth towards the sun by tau_sun and the particle itself; the rest by the field
   vec2 field_per_m;       // unit coordinates a metre across and up
   float structure_depth;  // of its surface (structure.h), 0: none
-  float mean_radius_m;
+  float unused;
 };
 
 // What one source of clouds has put into the particle buffer, and what passes may assume about its clouds.

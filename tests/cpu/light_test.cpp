@@ -219,7 +219,7 @@ TEST_CASE("the profile stands for displaced balls, and nearly for the smooth ref
     const double mean = particle_profile(float(1.0 - r * r), 0u);
     CAPTURE(r);
     CHECK(std::abs(mean - displaced) < 0.08);  // at most 0.04, and 1000 places leave 0.015 of noise
-    CHECK(std::abs(mean - smooth) < 0.15);
+    CHECK(std::abs(mean - smooth) < 0.17);     // its surface is softer
     displaced_fill += displaced * r * r;
     smooth_fill += smooth * r * r;
     fill += mean * r * r;

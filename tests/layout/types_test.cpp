@@ -88,7 +88,7 @@ TEST_CASE("DrawParticle") {
        MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, ambient_radiance),
        MEMBER(DrawParticle, base_m), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, flags),
        MEMBER(DrawParticle, field_place), MEMBER(DrawParticle, own_depth_share), MEMBER(DrawParticle, field_per_m),
-       MEMBER(DrawParticle, structure_depth), MEMBER(DrawParticle, mean_radius_m)});
+       MEMBER(DrawParticle, structure_depth), MEMBER(DrawParticle, unused)});
 }
 
 TEST_CASE("LightLattice and what is in it") {

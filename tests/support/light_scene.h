@@ -64,7 +64,8 @@ inline double density_at(const Particle& particle, Medium at) {
   if (at.r2 >= 1.0 || at.height < 0.0) return 0.0;
   if (particle.flags & shared::kParticleHomogeneous) return particle.extinction_per_m;
   const double q = 1.0 - at.r2;
-  return particle.extinction_per_m * q * q * (double(shared::kProfile2) + q * double(shared::kProfile3));
+  return particle.extinction_per_m * q * q *
+         (double(shared::kProfile2) + q * (double(shared::kProfile3) + q * double(shared::kProfile4)));
 }
 
 // A particle's unit space, its yaw clockwise from north, in doubles and without the shared headers.
@@ -106,13 +107,17 @@ inline double depth_through(const Particle& particle, dvec3 point, dvec3 sun, do
   else if (height < 0.0)
     return 0.0;
   if (from >= to) return 0.0;
-  // The profile is a polynomial of degree 6 along the chord: four Gauss points are exact.
+  // The profile is a polynomial of degree 8 along the chord: five Gauss points are exact.
+  const glm::dvec2 points[] = {{0.0, 0.5688888888888889},
+                               {0.5384693101056831, 0.4786286704993665},
+                               {-0.5384693101056831, 0.4786286704993665},
+                               {0.9061798459386640, 0.2369268850561891},
+                               {-0.9061798459386640, 0.2369268850561891}};
   double sum = 0.0;
-  for (const double place : {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526}) {
-    const double t = 0.5 * (from + to) + 0.5 * (to - from) * place;
+  for (const glm::dvec2& point_weight : points) {
+    const double t = 0.5 * (from + to) + 0.5 * (to - from) * point_weight.x;
     const dvec3 at = q + t * d;
-    sum += 0.5 * (std::abs(place) > 0.5 ? 0.3478548451374538 : 0.6521451548625461) *
-           density_at(particle, {std::min(dot(at, at), 1.0 - 1e-12), 1.0});
+    sum += 0.5 * point_weight.y * density_at(particle, {std::min(dot(at, at), 1.0 - 1e-12), 1.0});
   }
   return sum * (to - from);
 }

@@ -25,8 +25,8 @@ class StructureOracle {
   double operator()(const glm::dvec3& air_m) const {
     const double large_m = 94208.0 / 147.0, small_m = 94208.0 / 2357.0;
     const double sum =
-        1.4 * (tile(air_m / large_m) - 0.5) + 0.3 * (tile(glm::dvec3(air_m.y, air_m.z, air_m.x) / small_m) - 0.5);
-    return std::min(std::max(0.62 + sum, 0.0), 1.0);
+        1.4 * (tile(air_m / large_m) - 0.5) + 0.15 * (tile(glm::dvec3(air_m.y, air_m.z, air_m.x) / small_m) - 0.5);
+    return std::min(std::max(0.6 + sum, 0.0), 1.0);
   }
 
  private:

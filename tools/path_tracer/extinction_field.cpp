@@ -57,7 +57,7 @@ ExtinctionField::ExtinctionField(std::span<const shared::Particle> particles, co
                   .base_m = p.base_m,
                   .flags = p.flags,
                   .source = static_cast<std::uint32_t>(i),
-                  .structure_depth = (getenv("NOSTRUCT") ? 0.0f : shared::structure_depth(p.radius_m, p.flags))};
+                  .structure_depth = shared::structure_depth(p.radius_m, p.flags)};
     const glm::vec4 orientation = shared::unpack_orientation(p.orientation);
     for (int axis = 0; axis < 3; ++axis) {
       vec3 e(0.0f);
