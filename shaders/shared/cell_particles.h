@@ -6,7 +6,8 @@
 // finer ring looks at, so that rings agree about where clouds stand. What stands on the places becomes, in order of
 // slots:
 //   base    one flattened ellipsoid, later cut off at the flat base;
-//   levels  fill the column up to the height field. Deep inside a cloud neighbouring cells take turns, so that levels
+//   levels  fill the column up to the height field, each the cloud's slice at its height. Deep inside a cloud
+//   neighbouring cells take turns, so that levels
 //           are packed like stacked balls and half of them are spared;
 //   crown   domes on the surface, half sunk in, and smaller ones on their upper sides;
 //   wisp    a thin one drifting off the edge (finest ring).

@@ -27,7 +27,7 @@ NEPHELE_FN float billows(vec3 p, uint size, uint seed) {
 }
 
 // The tile at p, 0 <= p < kStructureCells: round billows with sharp creases between them and smaller ones on top, in
-// [0, 1] with mean 0.5 and standard deviation 0.2.
+// [0, 1] with mean 0.5 and standard deviation 0.15.
 NEPHELE_CONST(float, kStructureBillowMean, 0.696f);  // of the sum below
 NEPHELE_FN float structure_tile(vec3 p) {
   float sum = 0.4f * billows(p, 1u, 11u) + 0.3f * billows(p, 2u, 12u) + 0.19f * billows(p, 4u, 13u) +

@@ -207,11 +207,13 @@ TEST_CASE("the profile stands for displaced balls, and nearly for the smooth ref
       sum += structure_weight(octave) * (structure_tile({cells(random), cells(random), cells(random)}) - 0.5f);
     noise.push_back(structure_noise(sum));
   }
-  double displaced_fill = 0.0, smooth_fill = 0.0, fill = 0.0, weight = 0.0;
+  double displaced_fill = 0.0, torn_fill = 0.0, smooth_fill = 0.0, fill = 0.0;
   for (double r = 0.025; r < 1.0; r += 0.05) {
-    double displaced = 0.0, smooth = 0.0;
-    for (const float n : noise)
+    double displaced = 0.0, torn = 0.0, smooth = 0.0;
+    for (const float n : noise) {
       displaced += structured_density(float(r * r), displaced_radius(kStructureDeepest, n)) / double(noise.size());
+      torn += structured_density(float(r * r), displaced_radius(kTornDepth, n)) / double(noise.size());
+    }
     for (int k = 0; k < 400; ++k)
       smooth +=
           reference_particle_density(vec3(r * normalize(dvec3(normal(random), normal(random), normal(random)))), seed) /
@@ -221,12 +223,20 @@ TEST_CASE("the profile stands for displaced balls, and nearly for the smooth ref
     CHECK(std::abs(mean - displaced) < 0.08);  // at most 0.04, and 1000 places leave 0.015 of noise
     CHECK(std::abs(mean - smooth) < 0.17);     // its surface is softer
     displaced_fill += displaced * r * r;
+    torn_fill += torn * r * r;
     smooth_fill += smooth * r * r;
     fill += mean * r * r;
-    weight += r * r;
   }
-  CHECK(fill / weight == doctest::Approx(displaced_fill / weight).epsilon(0.03));
-  CHECK(fill / weight == doctest::Approx(smooth_fill / weight).epsilon(0.04));
+  CHECK(std::abs(fill / displaced_fill - 1.0) < 0.04);
+  const uint torn_flags = kParticleDetail | (kMostTorn << kParticleTornShift);
+  CHECK(std::abs(torn_fill / displaced_fill - torn_matter(torn_flags)) < 0.03);
+  CHECK(torn_matter(kParticleDetail) == 1.0f);
+  CHECK(torn_matter(kMostTorn << kParticleTornShift) == 1.0f);  // without structure there is nothing to tear
+  // The bounds cut few places off.
+  CHECK(std::count_if(noise.begin(), noise.end(), [](float n) {
+          return kStructureMeanRadius + kStructureDeepest * (n - kStructureMean) > 1.0f;
+        }) < 0.08 * double(noise.size()));
+  CHECK(std::abs(fill / smooth_fill - 1.0) < 0.05);
 }
 
 TEST_CASE("tetrahedron corners are balanced and isotropic") {
