@@ -129,13 +129,15 @@ struct Sample {
   bool matter;
 };
 
-// noise: the air's structure there.
-void add_candidate(Candidate c, float at_m, float altitude, float noise, inout Sample s) {
+// noise: the air's structure there, and its broad form.
+void add_candidate(Candidate c, float at_m, float altitude, vec2 noise, inout Sample s) {
   if (at_m < c.near_m || at_m > c.far_m) return;
   const vec3 p = c.start + at_m * c.step;
-  float density = c.homogeneous             ? 1.0
-                  : c.structure_depth > 0.0 ? structured_density(dot(p, p), displaced_radius(c.structure_depth, noise))
-                                            : density_in_particle(p);
+  float density = c.homogeneous ? 1.0
+                  : c.structure_depth > 0.0
+                      ? structured_density(dot(p, p), displaced_radius(c.structure_depth, noise.x, noise.y),
+                                           structure_skin(c.structure_depth))
+                      : density_in_particle(p);
   if (has_base(c.base_m)) density *= base_fade(altitude - c.base_m);
   if (density <= 0.0) return;
   s.matter = s.matter || density > kFirstMatterDensity;
@@ -258,7 +260,8 @@ void main() {
     end_m = max(min(end_m, limit_m), t + max(1e-6, 2e-7 * t));  // never without moving on
     const float at_m = mix(t, end_m, jitter);
     const float altitude = altitude_m(direction * at_m, frame.camera_grid_m.z);
-    const float noise = structure_on(structure_ray(direction, at_m, at_m), at_m);
+    const StructureRay structure = structure_ray(direction, at_m, at_m);
+    const vec2 noise = vec2(structure_on(structure, at_m), broad_structure_on(structure, at_m, 1.0));
     Sample s = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), false);
     for (uint i = 0u; i < open_count; ++i) add_candidate(open[i], at_m, altitude, noise, s);
     lookups += open_count;

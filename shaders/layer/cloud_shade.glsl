@@ -93,8 +93,8 @@ vec2 fetch_matter(vec3 entry, vec3 exit) {
 // in a smooth particle, or a base hides a part of one, so many. Numbers are real: the last sample stands for what is
 // left, so that nothing jumps as a chord grows.
 const float kStepM = 30.0, kMostSamples = 8.0, kFewestSamples = 3.0, kInsideSamples = 12.0, kCutSamples = 3.0;
-const float kNearM = 400.0, kNearStepM = 20.0, kMostNearSamples = 24.0;  // nearer than this they are denser
-const float kPixelPoint = 0.29;                                          // of a pixel, from its middle
+const float kNearM = 1600.0, kNearStepM = 14.0, kMostNearSamples = 36.0;  // nearer than this they are denser
+const float kPixelPoint = 0.29;                                           // of a pixel, from its middle
 const float kOpaqueDepth = 5.0;  // the rest of a chord behind it is not asked for
 
 // The chord of a ray through a particle's unit sphere: start + (t - along_m) * step at t metres, closest to the centre
@@ -117,6 +117,7 @@ float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float
       (altitude_m(direction * far_m, frame.camera_grid_m.z) - p.base_m - base_near_m) / (far_m - near_m);
   const StructureRay structure = structure_ray(direction, 0.5 * (near_m + far_m), near_m);
   const float aside = min(kPixelPoint * structure.pixel_m * sqrt(step2), 0.25);  // in radii
+  const float skin = structure_skin(p.structure_depth), broad_depth = structure_broad_depth(p.structure_depth);
   float sum = 0.0, first = 0.0, second = 0.0;  // moments of matter along the ray, from near_m
   float difference = 0.0;                      // of the larger ball's and the smaller one's
   for (float t = 0.0; t < far_m - near_m && sum * p.extinction_per_m < kOpaqueDepth; t += step_m) {
@@ -125,9 +126,10 @@ float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float
     float density = 0.0;
     if (p.structure_depth > 0.0) {
       const float r2 = chord.b2 + from_mid_m * from_mid_m * step2;
-      const float radius = displaced_radius(p.structure_depth, structure_on(structure, at_m));
-      const float larger = structured_density(r2, min(radius + aside, 1.0));
-      const float smaller = structured_density(r2, max(radius - aside, 0.05));
+      const float radius = displaced_radius(p.structure_depth, structure_on(structure, at_m),
+                                            broad_structure_on(structure, at_m, broad_depth));
+      const float larger = structured_density(r2, min(radius + aside, 1.0), skin);
+      const float smaller = structured_density(r2, max(radius - aside, 0.05), skin);
       density = 0.5 * (larger + smaller);
       difference += (larger - smaller) * base_fade(base_near_m + climb * at) * length_m;
     }

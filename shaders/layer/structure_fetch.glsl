@@ -16,6 +16,7 @@ float pixel_width_m(float distance_m) {
 // once.
 struct StructureRay {
   vec3 large, large_per_m, small, small_per_m;  // places of the two octaves at t metres: x + t * x_per_m
+  vec3 broad, broad_per_m;                      // and of the broad form
   float large_weight, small_weight;
   float pixel_m;
 };
@@ -24,7 +25,8 @@ StructureRay structure_ray(vec3 direction, float middle_m, float near_m) {
   const float pixel_m = pixel_width_m(max(near_m, 0.0));
   const vec3 air_m = structure_air_m(direction * middle_m, frame.camera_grid_m) - middle_m * direction;
   return StructureRay(structure_place(0u, air_m), structure_place(0u, direction), structure_place(1u, air_m),
-                      structure_place(1u, direction), structure_weight(0u) * structure_share(0u, pixel_m),
+                      structure_place(1u, direction), structure_place(kStructureBroad, air_m),
+                      structure_place(kStructureBroad, direction), structure_weight(0u) * structure_share(0u, pixel_m),
                       structure_weight(1u) * structure_share(1u, pixel_m), pixel_m);
 }
 
@@ -33,6 +35,14 @@ float structure_on(StructureRay ray, float at_m) {
   for (float left = ray.small_weight; left > 0.0; left = 0.0)
     sum += left * (textureLod(structure_tile_volume, ray.small + at_m * ray.small_per_m, 0.0).x - 0.5);
   return structure_noise(sum);
+}
+
+// The broad form, for a particle that it moves.
+float broad_structure_on(StructureRay ray, float at_m, float broad_depth) {
+  float broad = 0.0;
+  for (float left = broad_depth; left > 0.0; left = 0.0)
+    broad = textureLod(structure_tile_volume, ray.broad + at_m * ray.broad_per_m, 0.0).x - 0.5;
+  return broad;
 }
 
 #endif

@@ -174,7 +174,7 @@ struct CellColumn {
 NEPHELE_FN float column_density(float core) { return mix(0.4f, 1.0f, smooth_ramp(0.0f, 0.22f, core)); }
 
 // How torn particles are: those near the edge, and all of a small cloud, evaporate.
-NEPHELE_FN float torn_at(float edge_m) { return 0.7f * (1.0f - smooth_ramp(30.0f, 350.0f, edge_m)); }
+NEPHELE_FN float torn_at(float edge_m) { return 0.5f * (1.0f - smooth_ramp(30.0f, 350.0f, edge_m)); }
 
 // Bodies that stand on a small share of their cell are shreds, whatever cloud is around: in them densities fade.
 NEPHELE_FN float torn_body(float share, float edge_m) {
@@ -347,7 +347,7 @@ NEPHELE_FN CloudParticle crown_dome(CloudField field, CloudParams params, GridCe
   particle.density = column_density(under) * smooth_ramp(0.0f, 2.0f * kPlaceFade, under);
   particle.base_m = 0.0f;
   particle.top_m = surface;
-  particle.torn = torn_at(under * cloud.radius_m);
+  particle.torn = torn_body(shape.covered, under * cloud.radius_m);
   return particle;
 }
 
@@ -420,9 +420,9 @@ NEPHELE_FN CloudParticle particle_over_base(CloudField field, CloudParams params
         clamp(slice.core * cloud.radius_m + 60.0f,
               max(closing_radius_m(field, cell, slice.share, slice.height_m), min(0.4f * slice.height_m, 0.5f * c)), c);
     across *=
-        mix(1.0f, mix(0.75f, 0.995f, shape.coarse), t) * uniform_float(h, 0.85f, 1.15f) * mix(0.9f, 1.1f, shape.spared);
+        mix(1.0f, mix(0.75f, 0.965f, shape.coarse), t) * uniform_float(h, 0.9f, 1.17f) * mix(0.9f, 1.1f, shape.spared);
     // When fewer levels than the height asks for are allowed, they stretch so that the column stays closed.
-    float up = max(min(0.9f * across, 0.5f * filled), min(0.75f * spacing, mix(1.6f, 4.0f, shape.spared) * across));
+    float up = max(min(0.9f * across, 0.5f * filled), min(0.85f * spacing, mix(1.6f, 4.0f, shape.spared) * across));
     float z = min(base_up + t * rise, slice.height_m) - 0.8f * up;
     float turn = uniform_float(h, 0.0f, 2.0f * kPi);
     float aside = 0.15f * c * sqrt(unit_float(hash_next(h)));

@@ -8,20 +8,21 @@ NEPHELE_SHARED_BEGIN
 
 // Exposure 0 EV: scene value per radiance, with the sun's irradiance at the top of the atmosphere as unit. At noon a
 // cumulus in full sun (radiance 0.25) comes out white, the clear sky a middle blue, and grass at about its albedo.
-NEPHELE_CONST(float, kBaseExposure, 8.0f);
+NEPHELE_CONST(float, kBaseExposure, 5.2f);
 
-// Own filmic curve. Toe x^2 / (x + toe), which is x - toe from the middle on and deepens the darks; above the knee the
-// rest of the way to 1 as 1 - 1 / (1 + y / 3)^3: slower than 1 - exp, so that haze about the sun and sunlit crowns keep
-// their gradation up to ten times white; slope continuous.
-NEPHELE_CONST(float, kFilmToe, 0.03f);
-NEPHELE_CONST(float, kFilmKnee, 0.30f);
+// Own filmic curve. A print has more contrast than what it depicts: a power about the middle grey, without which sunlit
+// and shaded sides of a cloud, 2 : 1 in radiance, are next to the same white. Above the knee the rest of the way to 1
+// as 1 - 1 / (1 + y / 2)^2: slower than 1 - exp, so that haze about the sun and sunlit crowns keep their gradation up
+// to ten times white; slope continuous.
+NEPHELE_CONST(float, kFilmContrast, 1.25f);
+NEPHELE_CONST(float, kFilmGrey, 0.45f);
+NEPHELE_CONST(float, kFilmKnee, 0.60f);
 
 NEPHELE_FN float film_curve(float x) {
-  if (x <= kFilmKnee) return x * x / (x + kFilmToe);
-  float knee = kFilmKnee * kFilmKnee / (kFilmKnee + kFilmToe);
-  float slope = kFilmKnee * (kFilmKnee + 2.0f * kFilmToe) / ((kFilmKnee + kFilmToe) * (kFilmKnee + kFilmToe));
-  float rest = 1.0f / (1.0f + slope * (x - kFilmKnee) / (3.0f * (1.0f - knee)));
-  return knee + (1.0f - knee) * (1.0f - rest * rest * rest);
+  float y = kFilmGrey * pow(x * (1.0f / kFilmGrey), kFilmContrast);
+  if (y <= kFilmKnee) return y;
+  float rest = 1.0f / (1.0f + (y - kFilmKnee) * (0.5f / (1.0f - kFilmKnee)));
+  return 1.0f - (1.0f - kFilmKnee) * rest * rest;
 }
 
 // Linear display values in [0, 1] of an exposed scene value. The curve goes over the channels (colours bleach on their

@@ -200,19 +200,26 @@ TEST_CASE("the profile stands for displaced balls, and nearly for the smooth ref
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<float> cells(0.0f, float(kStructureCells));
   // The noise at places that know nothing of each other, by the tile itself.
-  std::vector<float> noise;
+  std::vector<float> noise, broad;
   for (int i = 0; i < 1000; ++i) {
     float sum = 0.0f;
     for (uint octave = 0; octave < kStructureOctaves; ++octave)
       sum += structure_weight(octave) * (structure_tile({cells(random), cells(random), cells(random)}) - 0.5f);
     noise.push_back(structure_noise(sum));
+    broad.push_back(structure_tile({cells(random), cells(random), cells(random)}) - 0.5f);
   }
-  double displaced_fill = 0.0, torn_fill = 0.0, smooth_fill = 0.0, fill = 0.0;
+  double displaced_fill = 0.0, half_torn_fill = 0.0, torn_fill = 0.0, smooth_fill = 0.0, fill = 0.0;
   for (double r = 0.025; r < 1.0; r += 0.05) {
-    double displaced = 0.0, torn = 0.0, smooth = 0.0;
-    for (const float n : noise) {
-      displaced += structured_density(float(r * r), displaced_radius(kStructureDeepest, n)) / double(noise.size());
-      torn += structured_density(float(r * r), displaced_radius(kTornDepth, n)) / double(noise.size());
+    double displaced = 0.0, wide = 0.0, half_torn = 0.0, torn = 0.0, smooth = 0.0;
+    for (std::size_t i = 0; i < noise.size(); ++i) {
+      const auto density = [&](float depth) {
+        const float radius = displaced_radius(depth, noise[i], broad[i]);
+        return double(structured_density(float(r * r), radius, structure_skin(depth))) / double(noise.size());
+      };
+      displaced += density(kStructureDeepest);
+      wide += density(0.2f * kStructureDeepest);  // of a body of 1250 m: moved by the broad form
+      half_torn += density(0.5f * (kStructureDeepest + kTornDepth));
+      torn += density(kTornDepth);
     }
     for (int k = 0; k < 400; ++k)
       smooth +=
@@ -220,15 +227,19 @@ TEST_CASE("the profile stands for displaced balls, and nearly for the smooth ref
           400.0;
     const double mean = particle_profile(float(1.0 - r * r), 0u);
     CAPTURE(r);
+    CHECK(std::abs(wide - displaced) < 0.06);
     CHECK(std::abs(mean - displaced) < 0.08);  // at most 0.04, and 1000 places leave 0.015 of noise
     CHECK(std::abs(mean - smooth) < 0.17);     // its surface is softer
     displaced_fill += displaced * r * r;
+    half_torn_fill += half_torn * r * r;
     torn_fill += torn * r * r;
     smooth_fill += smooth * r * r;
     fill += mean * r * r;
   }
   CHECK(std::abs(fill / displaced_fill - 1.0) < 0.04);
   const uint torn_flags = kParticleDetail | (kMostTorn << kParticleTornShift);
+  const uint half_torn_flags = kParticleDetail | (kMostTorn / 2u << kParticleTornShift);
+  CHECK(std::abs(half_torn_fill / displaced_fill - torn_matter(half_torn_flags)) < 0.03);
   CHECK(std::abs(torn_fill / displaced_fill - torn_matter(torn_flags)) < 0.03);
   CHECK(torn_matter(kParticleDetail) == 1.0f);
   CHECK(torn_matter(kMostTorn << kParticleTornShift) == 1.0f);  // without structure there is nothing to tear

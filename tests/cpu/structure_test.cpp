@@ -46,6 +46,9 @@ TEST_CASE("structure: the path tracer samples what the oracle says, near and far
     const double wanted = test::structure_oracle()(dvec3(camera) + dvec3(p) + dvec3(0, 0, drop_m));
     worst = std::max(worst, std::abs(double(noise(p)) - wanted));
     worst_shifted = std::max(worst_shifted, std::abs(double(noise(p)) - double(shifted(p))));
+    const double broad = test::structure_oracle().broad(dvec3(camera) + dvec3(p) + dvec3(0, 0, drop_m));
+    worst = std::max(worst, std::abs(double(noise.broad(p)) - broad));
+    worst_shifted = std::max(worst_shifted, std::abs(double(noise.broad(p)) - double(shifted.broad(p))));
   }
   // Floats know a place 60 km out to 4 mm, a fiftieth of the smaller tile's texel.
   CHECK(worst < 0.02);
@@ -69,12 +72,12 @@ TEST_CASE("structure: a displaced ball keeps its mean radius whatever its size, 
   for (const float radius_m : {20.0f, 150.0f, 220.0f, 1000.0f, 5000.0f}) {
     const float depth = structure_depth(vec3(radius_m), kParticleDetail);
     CHECK((depth > 0.0f && depth <= kStructureDeepest));
-    CHECK(displaced_radius(depth, kStructureMean) == kStructureMeanRadius);
+    CHECK(displaced_radius(depth, kStructureMean, 0.0f) == kStructureMeanRadius);
     for (float noise = 0.0f; noise <= 1.0f; noise += 0.01f) {
-      const float r = displaced_radius(depth, noise);
-      CHECK((r > 0.3f && r <= 1.0f));
-      CHECK(structured_density(1.0f, r) == 0.0f);
-      CHECK(structured_density(0.0f, r) == 1.0f);
+      const float r = displaced_radius(depth, noise, noise - 0.5f);
+      CHECK((r > 0.2f && r <= 1.0f));
+      CHECK(structured_density(1.0f, r, structure_skin(depth)) == 0.0f);
+      CHECK(structured_density(0.0f, r, structure_skin(depth)) == 1.0f);
     }
   }
   CHECK(structure_depth(vec3(100.0f), 0u) == 0.0f);

@@ -17,13 +17,16 @@ TEST_CASE("the film curve rises from 0 to 1 with a continuous slope") {
     const double slope = (y - previous) / 1e-3;
     CHECK(y > previous);
     CHECK(y < 1.0);
-    if (i > 1) CHECK(std::abs(slope - slope_before) < 0.07);  // the curvature is largest at 0: 2 / kFilmToe
+    if (i > 2) CHECK(std::abs(slope - slope_before) < 0.05);  // it rises from 0 as x^0.25
     previous = y;
     slope_before = slope;
   }
   CHECK(film_curve(1e6f) == doctest::Approx(1.0));
-  CHECK(film_curve(2.0f) > 0.84f);  // radiance 0.25 at 0 EV: nearly white, with room for brighter
-  CHECK(film_curve(2.0f) < 0.95f);
+  const float sunlit = 0.25f * kBaseExposure;  // the brightest clouds, at 0 EV: nearly white, with room for brighter
+  CHECK(film_curve(sunlit) > 0.84f);
+  CHECK(film_curve(sunlit) < 0.95f);
+  // A flank at half the radiance of a sunlit one is seen to be darker.
+  CHECK(film_curve(0.075f * kBaseExposure) < 0.6f * film_curve(0.15f * kBaseExposure));
 }
 
 TEST_CASE("sRGB encoding against IEC 61966-2-1") {

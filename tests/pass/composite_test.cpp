@@ -271,8 +271,8 @@ TEST_CASE("the sun's glare is in the display image alone, and not when a cloud h
            shared::display_color(picture.at(x, y), 1.0f, {x, y}).z * 255.0f;
   };
   const SkyPicture clear = sky.render(view);
-  CHECK(glare(clear, 32, 26) > 2.0f);          // a degree and a half from the sun
-  CHECK(std::abs(glare(clear, 2, 2)) < 2.0f);  // twelve degrees from it
+  CHECK(glare(clear, 32, 22) > 1.2f);          // near the sun; next to it the sky is white by itself
+  CHECK(std::abs(glare(clear, 2, 2)) < 0.6f);  // far from it: rounding
   const CloudLayerPixels cloud = uniform_layer(view, {0.02f, 0.02f, 0.02f, 0.0f}, 500.0f);
-  CHECK(std::abs(glare(sky.render(view, &cloud), 32, 26)) < 0.6f);
+  CHECK(std::abs(glare(sky.render(view, &cloud), 32, 22)) < 0.6f);
 }

@@ -64,10 +64,10 @@ TEST_CASE("light at a place is the light of a picture all around it: under, amon
   const RenderSettings settings{.width = kFacePx, .height = kFacePx, .quality = Quality::low, .ring_size_cells = 40};
   const auto renderer = renderer_of(scene, settings);
   // Worse below and above the clouds, where haze and horizon, which the field knows but by its ordinates, are most of
-  // what is seen. Low quality: cells of 75 m.
+  // what is seen. Low quality: cells of 75 m, which know the mean of torn matter alone, as there is around the third.
   const std::pair<dvec3, double> places[] = {{dvec3(0, 0, 300), 0.3},
                                              {dvec3(700, -300, 1000), 0.25},
-                                             {dvec3(-1500, 400, 1600), 0.1},
+                                             {dvec3(-1500, 400, 1600), 0.12},
                                              {dvec3(200, 900, 3500), 0.3}};
   for (const auto& [at_m, share] : places) {
     CAPTURE(at_m.z);

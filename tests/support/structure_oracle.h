@@ -23,10 +23,15 @@ class StructureOracle {
 
   // At a place of the air, all octaves.
   double operator()(const glm::dvec3& air_m) const {
-    const double large_m = 94208.0 / 147.0, small_m = 94208.0 / 2357.0;
+    const double large_m = 94208.0 / 200.0, small_m = 94208.0 / 3201.0;
     const double sum =
         1.4 * (tile(air_m / large_m) - 0.5) + 0.15 * (tile(glm::dvec3(air_m.y, air_m.z, air_m.x) / small_m) - 0.5);
     return std::min(std::max(0.6 + sum, 0.0), 1.0);
+  }
+
+  // The broad form, less its mean.
+  double broad(const glm::dvec3& air_m) const {
+    return tile(glm::dvec3(air_m.z, air_m.x, air_m.y) / (94208.0 / 25.0)) - 0.5;
   }
 
  private:

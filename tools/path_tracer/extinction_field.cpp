@@ -131,7 +131,8 @@ void ExtinctionField::fill_cells() {
             bound = glm::dot(nearest, nearest) < 1.0f ? 1.0f : 0.0f;
           } else if (p.structure_depth > 0.0f) {  // whatever the noise
             const vec3 nearest = glm::max(glm::abs(center) - half_extent, 0.0f);
-            bound = shared::structured_density(glm::dot(nearest, nearest), 1.0f);
+            bound =
+                shared::structured_density(glm::dot(nearest, nearest), 1.0f, shared::structure_skin(p.structure_depth));
           } else {
             bound = lattice_.bound(center, half_extent);
           }
@@ -172,9 +173,13 @@ float ExtinctionField::particle_extinction(const Packed& particle, Place& place)
   const float faded = particle.extinction_per_m * shared::base_fade(place.altitude_m - particle.base_m);
   if ((particle.flags & shared::kParticleHomogeneous) != 0u) return faded;
   if (particle.structure_depth > 0.0f) {
-    if (place.noise < 0.0f) place.noise = structure_(place.p_m);
-    return faded *
-           shared::structured_density(glm::dot(p, p), shared::displaced_radius(particle.structure_depth, place.noise));
+    if (place.noise < 0.0f) {
+      place.noise = structure_(place.p_m);
+      place.broad = structure_.broad(place.p_m);
+    }
+    return faded * shared::structured_density(
+                       glm::dot(p, p), shared::displaced_radius(particle.structure_depth, place.noise, place.broad),
+                       shared::structure_skin(particle.structure_depth));
   }
   return faded * lattice_(p);
 }

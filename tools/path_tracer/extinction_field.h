@@ -70,7 +70,8 @@ class ExtinctionField {
   struct Place {
     glm::vec3 p_m;
     float altitude_m;
-    float noise;  // below 0: not asked for yet
+    float noise;  // below 0: not asked for yet, nor is the broad form
+    float broad = 0.0f;
   };
   float particle_extinction(const Packed& particle, Place& place) const;
   float extinction_in_cell(std::size_t cell, const glm::vec3& p_m, float enough = kNever) const;

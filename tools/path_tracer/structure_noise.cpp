@@ -48,4 +48,8 @@ float StructureNoise::operator()(const glm::vec3& p_m) const {
   return shared::structure_noise(sum);
 }
 
+float StructureNoise::broad(const glm::vec3& p_m) const {
+  return tile(shared::structure_place(shared::kStructureBroad, shared::structure_air_m(p_m, camera_grid_m_))) - 0.5f;
+}
+
 }  // namespace nephele::truth

@@ -15,6 +15,8 @@ class StructureNoise {
 
   // At a place of render space, all octaves, in [0, 1].
   float operator()(const glm::vec3& p_m) const;
+  // The broad form there, less its mean.
+  float broad(const glm::vec3& p_m) const;
 
  private:
   float tile(const glm::vec3& place) const;
