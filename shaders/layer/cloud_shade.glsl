@@ -144,8 +144,9 @@ float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float
   const float middle = first / sum, half_m = sqrt(max(3.0 * (second / sum - middle * middle), 1e-4));
   far_m = min(near_m + middle + half_m, far_m);
   near_m = max(near_m + middle - half_m, near_m);
-  const float half_apart = 0.5 * p.extinction_per_m * difference, depth = p.extinction_per_m * sum;
-  return (depth - log(cosh(half_apart))) / (far_m - near_m);
+  const float half_apart = 0.5 * p.extinction_per_m * abs(difference), depth = p.extinction_per_m * sum;
+  // depth - log(cosh(half_apart)), whose cosh is too large for a float in dense matter.
+  return (depth - half_apart - log(0.5 + 0.5 * exp(-2.0 * half_apart))) / (far_m - near_m);
 }
 
 // The particle's visible segment along the ray up to limit_m; false when there is none.

@@ -17,7 +17,7 @@ float pixel_width_m(float distance_m) {
 struct StructureRay {
   vec3 large, large_per_m, small, small_per_m;  // places of the two octaves at t metres: x + t * x_per_m
   vec3 broad, broad_per_m;                      // and of the broad form
-  float large_weight, small_weight;
+  float large_weight, small_weight, broad_share;
   float pixel_m;
 };
 
@@ -27,7 +27,8 @@ StructureRay structure_ray(vec3 direction, float middle_m, float near_m) {
   return StructureRay(structure_place(0u, air_m), structure_place(0u, direction), structure_place(1u, air_m),
                       structure_place(1u, direction), structure_place(kStructureBroad, air_m),
                       structure_place(kStructureBroad, direction), structure_weight(0u) * structure_share(0u, pixel_m),
-                      structure_weight(1u) * structure_share(1u, pixel_m), pixel_m);
+                      structure_weight(1u) * structure_share(1u, pixel_m), structure_share(kStructureBroad, pixel_m),
+                      pixel_m);
 }
 
 float structure_on(StructureRay ray, float at_m) {
@@ -41,7 +42,7 @@ float structure_on(StructureRay ray, float at_m) {
 float broad_structure_on(StructureRay ray, float at_m, float broad_depth) {
   float broad = 0.0;
   for (float left = broad_depth; left > 0.0; left = 0.0)
-    broad = textureLod(structure_tile_volume, ray.broad + at_m * ray.broad_per_m, 0.0).x - 0.5;
+    broad = ray.broad_share * (textureLod(structure_tile_volume, ray.broad + at_m * ray.broad_per_m, 0.0).x - 0.5);
   return broad;
 }
 

@@ -59,7 +59,8 @@ NEPHELE_FN vec3 structure_air_m(vec3 p_render_m, vec3 camera_grid_m) {
   return camera_grid_m + p_render_m + vec3(0.0f, 0.0f, drop_m);
 }
 NEPHELE_FN vec3 structure_place(uint octave, vec3 air_m) {
-  vec3 p = octave == 1u ? vec3(air_m.y, air_m.z, air_m.x) : air_m;
+  vec3 p = air_m;
+  if (octave == 1u) p = vec3(air_m.y, air_m.z, air_m.x);
   if (octave == kStructureBroad) p = vec3(air_m.z, air_m.x, air_m.y);
   return p * (structure_tiles(octave) / kOriginUnitM);
 }

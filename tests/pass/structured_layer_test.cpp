@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <doctest/doctest.h>
@@ -21,7 +22,8 @@ namespace {
 const CameraState kCamera{.vertical_fov_rad = 0.35};
 constexpr LayerSize kSize{64, 48};
 
-std::vector<Particle> structured_crowd(bool wisps) {
+// scale: of places and sizes, at the same optical depths.
+std::vector<Particle> structured_crowd(bool wisps, float scale) {
   std::mt19937 random(11);
   std::uniform_real_distribution<float> u(0, 1);
   std::vector<Particle> particles;
@@ -32,15 +34,18 @@ std::vector<Particle> structured_crowd(bool wisps) {
     p.flags = shared::kParticleEmissive | shared::kParticleDetail |
               (wisps ? shared::kMostTorn << shared::kParticleTornShift : 0u);
     p.yaw_rad = 6 * u(random);
+    p.center_m *= scale;
+    p.radius_m *= scale;
+    p.extinction_per_m /= scale;
     particles.push_back(p);
   }
   return particles;
 }
 
-double transmittance(const std::vector<Particle>& particles, const glm::dvec3& direction) {
-  constexpr double kStepM = 2.0;
+double transmittance(const std::vector<Particle>& particles, const glm::dvec3& direction, double scale) {
+  const double step_m = 2.0 * scale;
   double depth = 0;
-  for (double t = 0.5 * kStepM; t < 1300; t += kStepM) {
+  for (double t = 0.5 * step_m; t < 1300 * scale; t += step_m) {
     const glm::dvec3 at = direction * t;
     double noise = -1, broad = 0;
     for (const Particle& p : particles) {
@@ -58,7 +63,7 @@ double transmittance(const std::vector<Particle>& particles, const glm::dvec3& d
       const double far = torn ? 0.0 : 0.84 * std::sqrt(1 - shift * shift / 0.36);
       const double radius = std::clamp((torn ? 0.66 : 0.8) + shift * (noise - 0.6) + far * broad, 0.05, 1.0);
       const double q = std::clamp((1 - glm::dot(u, u) / (radius * radius)) / (torn ? 0.95 : 0.35), 0.0, 1.0);
-      depth += kStepM * p.extinction_per_m * q * q * (3 - 2 * q);
+      depth += step_m * p.extinction_per_m * q * q * (3 - 2 * q);
     }
   }
   return std::exp(-depth);
@@ -67,13 +72,15 @@ double transmittance(const std::vector<Particle>& particles, const glm::dvec3& d
 }  // namespace
 
 TEST_CASE("structured layer: transmittance is that of displaced balls") {
-  for (const bool wisps : {false, true}) {
+  // Bodies, wisps, and bodies so wide that the broad form moves them most.
+  for (const auto& [wisps, scale] : {std::pair{false, 1.0f}, {true, 1.0f}, {false, 6.0f}}) {
     CAPTURE(wisps);
-    const std::vector<Particle> particles = structured_crowd(wisps);
+    CAPTURE(scale);
+    const std::vector<Particle> particles = structured_crowd(wisps, scale);
     std::vector<double> truth;
     for (std::uint32_t y = 0; y < kSize.height; ++y)
       for (std::uint32_t x = 0; x < kSize.width; ++x)
-        truth.push_back(transmittance(particles, pixel_ray(kCamera, kSize, x, y)));
+        truth.push_back(transmittance(particles, pixel_ray(kCamera, kSize, x, y), double(scale)));
     const auto between = std::count_if(truth.begin(), truth.end(), [](double t) { return t > 0.02 && t < 0.98; });
     CHECK(between > 150);
     const auto rmse = [&](const Layer& layer) {
