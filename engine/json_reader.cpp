@@ -197,9 +197,37 @@ bool JsonObject::check_count(const json& value, const std::string& path, std::si
   return false;
 }
 
-void JsonObject::note(const char* key, const std::string& accepted, const std::string& default_value) {
-  const bool required = std::find(required_.begin(), required_.end(), key) != required_.end();
-  reader_.listing_->push_back({path_of(key), accepted, required ? "required" : default_value});
+void JsonObject::note(const char* key, JsonKey listed) {
+  listed.path = path_of(key);
+  listed.required = std::find(required_.begin(), required_.end(), key) != required_.end();
+  if (listed.required) listed.default_value = "required";
+  // A text's default is quoted, so these two words are never a value.
+  if (listed.default_value != "none" && !listed.required) listed.default_json = json::parse(listed.default_value);
+  reader_.listing_->push_back(std::move(listed));
+}
+
+void JsonObject::note_number(const char* key, Range accepted, const std::string& default_value) {
+  note(key, {.accepted = words_for(accepted),
+             .default_value = default_value,
+             .kind = JsonKind::number,
+             .ranges = {accepted}});
+}
+
+void JsonObject::note_vector(const char* key, int count, std::initializer_list<Range> accepted,
+                             const std::string& default_value) {
+  std::vector<Range> ranges = accepted;
+  ranges.resize(static_cast<std::size_t>(count), *accepted.begin());
+  note(key, {.accepted = words_for(count, accepted),
+             .default_value = default_value,
+             .kind = JsonKind::vector,
+             .ranges = std::move(ranges)});
+}
+
+JsonKey JsonObject::listed_objects(std::size_t maximum_count) {
+  return {.accepted = words_for_objects(maximum_count),
+          .default_value = "none",
+          .kind = JsonKind::objects,
+          .ranges = {{0.0, static_cast<double>(maximum_count)}}};
 }
 
 std::string JsonObject::words_for(Range accepted) {
@@ -235,7 +263,9 @@ void JsonObject::kind(const char* key, const Kinds& kinds) {
   std::string accepted;
   for (const auto& entry : kinds) accepted += (accepted.empty() ? "\"" : ", \"") + std::string(entry.first) + '"';
   if (reader_.listing_) {
-    note(key, accepted, "none");
+    JsonKey listed{.accepted = accepted, .default_value = "none", .kind = JsonKind::choice};
+    for (const auto& entry : kinds) listed.choices.emplace_back(entry.first);
+    note(key, std::move(listed));
     for (const auto& [name, read] : kinds) {
       std::string inside = path_;  // "sources[]" becomes "sources[set]"
       inside.insert(inside.ends_with("[]") ? inside.size() - 1 : inside.size(), name);
@@ -252,7 +282,9 @@ void JsonObject::kind(const char* key, const Kinds& kinds) {
 }
 
 void JsonObject::boolean(const char* key, bool& value) {
-  if (reader_.listing_) return note(key, "true or false", value ? "true" : "false");
+  if (reader_.listing_)
+    return note(key,
+                {.accepted = "true or false", .default_value = value ? "true" : "false", .kind = JsonKind::boolean});
   const json* found = take(key);
   if (!found) return;
   if (found->is_boolean())
@@ -265,7 +297,11 @@ void JsonObject::integer(const char* key, std::uint32_t& value, std::uint32_t mi
   const auto accepted = [&] {
     return "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum);
   };
-  if (reader_.listing_) return note(key, accepted(), std::to_string(value));
+  if (reader_.listing_)
+    return note(key, {.accepted = accepted(),
+                      .default_value = std::to_string(value),
+                      .kind = JsonKind::whole_number,
+                      .ranges = {{static_cast<double>(minimum), static_cast<double>(maximum)}}});
   const json* found = take(key);
   if (!found) return;
   if (found->is_number_unsigned() && found->get<std::uint64_t>() >= minimum && found->get<std::uint64_t>() <= maximum)
@@ -274,9 +310,11 @@ void JsonObject::integer(const char* key, std::uint32_t& value, std::uint32_t mi
     complain(*found, path_of(key), accepted());
 }
 
-void JsonObject::string(const char* key, std::string& value) {
+void JsonObject::read_text(const char* key, std::string& value, JsonKind kind) {
   constexpr const char* kAccepted = "a text that is not empty";
-  if (reader_.listing_) return note(key, kAccepted, value.empty() ? "none" : json(value).dump());
+  if (reader_.listing_)
+    return note(key,
+                {.accepted = kAccepted, .default_value = value.empty() ? "none" : json(value).dump(), .kind = kind});
   const json* found = take(key);
   if (!found) return;
   if (found->is_string() && !found->get_ref<const std::string&>().empty())

@@ -40,15 +40,40 @@ Result<nlohmann::json> parse_json(std::string_view text, const std::string& file
 
 struct Range {
   double minimum, maximum;
+
+  bool operator==(const Range&) const = default;
 };
 
 inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
-// A key that a reading function accepts, as the function's own calls state it.
+// What stands at a key.
+enum class JsonKind : std::uint8_t {
+  number,
+  whole_number,
+  vector,  // an array of numbers, always as many
+  boolean,
+  choice,   // one of a few texts
+  text,     // not empty
+  file,     // a text that names a file, relative to the one that is read
+  object,   // with keys of its own
+  objects,  // an array of them
+};
+
+// A key that a reading function accepts, as the function's own calls state it: in words, and so that a program can make
+// a panel of it.
 struct JsonKey {
   std::string path;           // "camera.yaw_deg"; "particles[].density": in every object of an array
   std::string accepted;       // worded as in an error line: "a number from 0 to 1"
   std::string default_value;  // what holds where the key is absent, as JSON; "none", or "required"
+  JsonKind kind = JsonKind::object;
+  // In the file's unit, ends included. number, whole_number: one; vector: one for each of its numbers; objects: one,
+  // for how many of them there may be.
+  std::vector<Range> ranges;
+  std::vector<std::string> choices;  // of a choice
+  bool required = false;             // a file without the key is refused
+  // What holds where the key is absent. Null where that is nothing: of a required key, of one that may have no value,
+  // and of objects, whose keys have defaults of their own.
+  nlohmann::json default_json;
 };
 
 class JsonObject;
@@ -85,13 +110,13 @@ class JsonObject {
   // unit: what one unit of the file is in the program, e.g. kRadiansPerDegree. The range is in the file's unit.
   template <class Real>
   void number(const char* key, Real& value, Range accepted, double unit = 1.0) {
-    if (reader_.listing_) return note(key, words_for(accepted), number_text<Real>(value / unit));
+    if (reader_.listing_) return note_number(key, accepted, number_text<Real>(value / unit));
     if (const nlohmann::json* found = take(key)) read_number(*found, path_of(key), value, accepted, unit);
   }
   // A number that may be absent: its default is none.
   template <class Real>
   void number(const char* key, std::optional<Real>& value, Range accepted, double unit = 1.0) {
-    if (reader_.listing_) return note(key, words_for(accepted), "none");
+    if (reader_.listing_) return note_number(key, accepted, "none");
     if (has(key))
       number(key, value.emplace(), accepted, unit);
     else
@@ -100,7 +125,7 @@ class JsonObject {
   // Exactly N numbers; one range for all of them, or one each.
   template <glm::length_t N, class Real>
   void vector(const char* key, glm::vec<N, Real>& value, std::initializer_list<Range> accepted) {
-    if (reader_.listing_) return note(key, words_for(N, accepted), vector_text(value));
+    if (reader_.listing_) return note_vector(key, N, accepted, vector_text(value));
     const nlohmann::json* found = take(key);
     if (!found || !check_array(*found, path_of(key), N)) return;
     for (glm::length_t i = 0; i < N; ++i)
@@ -110,7 +135,7 @@ class JsonObject {
   // A vector that may be absent: its default is none.
   template <glm::length_t N, class Real>
   void vector(const char* key, std::optional<glm::vec<N, Real>>& value, std::initializer_list<Range> accepted) {
-    if (reader_.listing_) return note(key, words_for(N, accepted), "none");
+    if (reader_.listing_) return note_vector(key, N, accepted, "none");
     if (has(key))
       vector(key, value.emplace(Real{0}), accepted);
     else
@@ -120,7 +145,9 @@ class JsonObject {
   void integer(const char* key, std::uint32_t& value, std::uint32_t minimum = 0,
                std::uint32_t maximum = std::numeric_limits<std::uint32_t>::max());
   // Not empty.
-  void string(const char* key, std::string& value);
+  void string(const char* key, std::string& value) { read_text(key, value, JsonKind::text); }
+  // The name of a file, not empty: read as a text, listed as a file.
+  void file(const char* key, std::string& value) { read_text(key, value, JsonKind::file); }
   template <class Enum>
   void choice(const char* key, Enum& value, std::initializer_list<std::pair<const char*, Enum>> names) {
     const auto accepted = [&names] {
@@ -129,10 +156,12 @@ class JsonObject {
       return text;
     };
     if (reader_.listing_) {
-      std::string present = "none";
-      for (const auto& [name, meaning] : names)
-        if (meaning == value) present = '"' + std::string(name) + '"';
-      return note(key, accepted(), present);
+      JsonKey listed{.accepted = accepted(), .default_value = "none", .kind = JsonKind::choice};
+      for (const auto& [name, meaning] : names) {
+        listed.choices.emplace_back(name);
+        if (meaning == value) listed.default_value = '"' + std::string(name) + '"';
+      }
+      return note(key, std::move(listed));
     }
     const nlohmann::json* found = take(key);
     if (!found) return;
@@ -146,13 +175,14 @@ class JsonObject {
   // Calls read(JsonObject&) on the object at the key, then checks for unknown keys in it.
   template <class Read>
   void object(const char* key, Read&& read) {
-    if (reader_.listing_) return list_object(key, "an object", "", read);
+    if (reader_.listing_)
+      return list_object(key, {.accepted = "an object", .default_value = "none", .kind = JsonKind::object}, "", read);
     if (const nlohmann::json* found = take(key)) read_object(*found, path_of(key), read);
   }
   // Calls read(JsonObject&) on each object of the array.
   template <class Read>
   void objects(const char* key, std::size_t maximum_count, Read&& read) {
-    if (reader_.listing_) return list_object(key, words_for_objects(maximum_count), "[]", read);
+    if (reader_.listing_) return list_object(key, listed_objects(maximum_count), "[]", read);
     const nlohmann::json* found = take(key);
     if (!found || !check_count(*found, path_of(key), maximum_count)) return;
     for (std::size_t i = 0; i < found->size(); ++i)
@@ -176,7 +206,12 @@ class JsonObject {
 
  private:
   const nlohmann::json* take(const char* key);
-  void note(const char* key, const std::string& accepted, const std::string& default_value);
+  // Lists the key: fills in its path, whether it is required, and its default as JSON.
+  void note(const char* key, JsonKey listed);
+  void note_number(const char* key, Range accepted, const std::string& default_value);
+  void note_vector(const char* key, int count, std::initializer_list<Range> accepted, const std::string& default_value);
+  static JsonKey listed_objects(std::size_t maximum_count);
+  void read_text(const char* key, std::string& value, JsonKind kind);
   static std::string words_for(Range accepted);
   static std::string words_for(int count, std::initializer_list<Range> accepted);
   static std::string words_for_objects(std::size_t maximum_count);
@@ -210,8 +245,8 @@ class JsonObject {
   }
 
   template <class Read>
-  void list_object(const char* key, const std::string& accepted, const char* inside, Read& read) {
-    note(key, accepted, "none");
+  void list_object(const char* key, JsonKey listed, const char* inside, Read& read) {
+    note(key, std::move(listed));
     JsonObject child(reader_, value_, path_of(key) + inside);
     read(child);
   }

@@ -8,6 +8,7 @@
 #include "engine/image_io.h"
 #include "engine/json_reader.h"
 #include "engine/particle_set.h"
+#include "engine/scene_document.h"
 
 namespace nephele {
 namespace {
@@ -19,12 +20,8 @@ constexpr Range kFraction{0, 1};
 constexpr Range kAltitudeM{-1e6, 1e6};
 constexpr Range kWind{-500, 500};
 
-// A file that the scene names, read once the rest of the scene is found good.
-struct NamedFile {
-  std::string key, name;
-  std::function<Result<void>(const std::string& path)> load;
-};
-using NamedFiles = std::vector<NamedFile>;
+// An angle that a number of degrees in a file gives, not more than a rounding from the one asked for.
+double as_from_degrees(double angle_rad) { return degrees_of(angle_rad) * kRadiansPerDegree; }
 
 // Straight ahead lies the place, as if the ground were flat.
 void turn_towards(JsonObject& json, CameraState& camera, const glm::dvec3& place_m) {
@@ -33,8 +30,8 @@ void turn_towards(JsonObject& json, CameraState& camera, const glm::dvec3& place
   const glm::dvec3 to_place = place_m - camera.position_m;
   if (to_place == glm::dvec3(0.0)) return json.fail("look_at_m", "is the camera's own place");
   const double horizontal_m = std::hypot(to_place.x, to_place.y);
-  if (horizontal_m > 0.0) camera.yaw_rad = std::atan2(to_place.x, to_place.y);
-  camera.pitch_rad = std::atan2(to_place.z, horizontal_m);
+  if (horizontal_m > 0.0) camera.yaw_rad = as_from_degrees(std::atan2(to_place.x, to_place.y));
+  camera.pitch_rad = as_from_degrees(std::atan2(to_place.z, horizontal_m));
 }
 
 void read_camera(JsonObject& json, CameraState& camera) {
@@ -59,20 +56,30 @@ constexpr Range kMapExtentM{1, 4e7};
 Result<void> load_texels(WeatherMap& map, const std::string& path);
 
 // field: finds the cloud field whose map it is, once the scene has been read.
-void read_weather_map(JsonObject& json, WeatherMap& map, NamedFiles& files,
+void read_weather_map(JsonObject& json, WeatherMap& map, SceneFiles& files,
                       const std::function<CloudSettings&()>& field) {
   for (const char* key : {"file", "origin_m", "extent_m"}) json.require(key);
   std::string file;
-  json.string("file", file);
+  json.file("file", file);
   files.push_back({json.path_of("file"), file,
                    [field](const std::string& path) { return load_texels(*field().weather_map, path); }});
   json.vector("origin_m", map.origin_m, {kHorizontalM});
   json.vector("extent_m", map.extent_m, {kMapExtentM});
 }
 
+// From the root of the file system, so that it is found from anywhere, with no link or ".." among its directories. The
+// last name stays even if it is a link: a set's array lies beside it, not beside what it links to.
+std::string from_root(const std::string& path) {
+  std::error_code failure;
+  const std::filesystem::path whole = std::filesystem::absolute(path, failure);
+  const std::filesystem::path directory = std::filesystem::canonical(whole.parent_path(), failure);
+  return failure ? whole.string() : (directory / whole.filename()).string();
+}
+
 Result<void> load_texels(WeatherMap& map, const std::string& path) {
   const Result<ImageBytes> image = read_png(path, kMaxWeatherMapSide);
   if (!image) return image.error();
+  map.file = from_root(path);
   map.width = image->width;
   map.height = image->height;
   map.texels.resize(std::size_t{map.width} * map.height);
@@ -83,7 +90,7 @@ Result<void> load_texels(WeatherMap& map, const std::string& path) {
   return {};
 }
 
-void read_clouds(JsonObject& json, CloudSettings& clouds, NamedFiles& files,
+void read_clouds(JsonObject& json, CloudSettings& clouds, SceneFiles& files,
                  const std::function<CloudSettings&()>& field) {
   json.integer("seed", clouds.seed);
   json.number("coverage", clouds.coverage, kFraction);
@@ -120,7 +127,9 @@ void read_particle(JsonObject& json, ListedParticle& particle) {
   if (!particle.orientation) return;
   if (std::abs(glm::length(*particle.orientation) - 1.0f) > 1e-3f)
     json.refuse("orientation", "a unit quaternion x, y, z, w");
-  particle.orientation = glm::normalize(*particle.orientation);
+  // One that is a unit quaternion but for roundings stands as it is, so that what was normalised stays the same.
+  const double squared = glm::dot(glm::dvec4(*particle.orientation), glm::dvec4(*particle.orientation));
+  if (std::abs(squared - 1.0) > 1e-6) particle.orientation = glm::normalize(*particle.orientation);
 }
 
 // What places a source; the keys of Placement.
@@ -132,20 +141,22 @@ void read_placement(JsonObject& json, Placement& placement) {
   json.vector("wind_m_per_s", placement.wind_m_per_s, {kWind});
 }
 
-void read_set(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles& files) {
+void read_set(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles& files) {
   ParticleGroup group;
   group.name = "set";
   group.placement.drifts = true;
   std::string file;
   json.require("file");
-  json.string("file", file);
+  json.file("file", file);
   const std::size_t index = sources.size();
   files.push_back({json.path_of("file"), file, [&sources, index](const std::string& path) -> Result<void> {
                      const Result<ParticleSet> set = load_particle_set(path);
                      if (!set) return set.error();
                      Result<std::vector<ListedParticle>> listed = listed_particles(*set);
                      if (!listed) return Error{path + ": " + listed.error().message};
-                     std::get<ParticleGroup>(sources[index]).particles = std::move(*listed);
+                     ParticleGroup& read = std::get<ParticleGroup>(sources[index]);
+                     read.particles = std::move(*listed);
+                     read.file = from_root(path);
                      return {};
                    }});
   read_placement(json, group.placement);
@@ -161,20 +172,30 @@ void read_group(JsonObject& json, std::vector<SceneSource>& sources) {
   sources.emplace_back(std::move(group));
 }
 
-void read_field(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles& files) {
+void read_field(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles& files) {
   const std::size_t index = sources.size();
   CloudSettings& field = std::get<CloudSettings>(sources.emplace_back(CloudSettings{}));
   read_clouds(json, field, files,
               [&sources, index]() -> CloudSettings& { return std::get<CloudSettings>(sources[index]); });
 }
 
-void read_source(JsonObject& json, std::vector<SceneSource>& sources, NamedFiles& files) {
+void read_source(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles& files) {
   json.kind("kind", {{"set", [&](JsonObject& set) { read_set(set, sources, files); }},
                      {"field", [&](JsonObject& field) { read_field(field, sources, files); }},
                      {"particles", [&](JsonObject& group) { read_group(group, sources); }}});
 }
 
-void read_scene(JsonObject& json, Scene& scene, NamedFiles& files) {
+void read_view(JsonObject& json, SceneView& view, const std::vector<SceneView>& earlier) {
+  json.require("name");
+  json.string("name", view.name);
+  for (const SceneView& other : earlier)
+    if (other.name == view.name && !view.name.empty()) json.refuse("name", "a name that no other view has");
+  json.object("camera", [&](JsonObject& child) { read_camera(child, view.camera); });
+}
+
+}  // namespace
+
+void read_scene(JsonObject& json, Scene& scene, SceneFiles& files) {
   json.vector("world_origin_m", scene.world_origin_m, {kHorizontalM});
   json.object("camera", [&](JsonObject& child) { read_camera(child, scene.camera); });
   json.object("sun", [&](JsonObject& child) { read_sun(child, scene.sun); });
@@ -184,6 +205,11 @@ void read_scene(JsonObject& json, Scene& scene, NamedFiles& files) {
     child.vector("albedo", scene.ground.albedo, {kFraction});
   });
   json.number("exposure_ev", scene.exposure_ev, {-32, 32});
+  json.objects("views", kMaxViews, [&](JsonObject& child) {
+    SceneView view;
+    read_view(child, view, scene.views);
+    scene.views.push_back(std::move(view));
+  });
   if ((json.has("particles") || json.has("sources")) && !json.has("clouds")) scene.clouds.reset();
   json.object("clouds", [&](JsonObject& child) {
     read_clouds(child, *scene.clouds, files, [&scene]() -> CloudSettings& { return *scene.clouds; });
@@ -194,8 +220,6 @@ void read_scene(JsonObject& json, Scene& scene, NamedFiles& files) {
   json.objects("sources", kMaxSources, [&](JsonObject& child) { read_source(child, scene.sources, files); });
 }
 
-}  // namespace
-
 Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors,
                           const std::string& directory) {
   const Result<nlohmann::json> document = parse_json(json_text, name_for_errors);
@@ -203,11 +227,11 @@ Result<Scene> parse_scene(std::string_view json_text, const std::string& name_fo
   JsonReader reader(name_for_errors);
   JsonObject root = reader.root(*document);
   Scene scene;
-  NamedFiles files;
+  SceneFiles files;
   read_scene(root, scene, files);
   root.finish();
   if (reader.error()) return *reader.error();
-  for (const NamedFile& file : files)
+  for (const SceneFile& file : files)
     if (auto ok = file.load((std::filesystem::path(directory) / file.name).string()); !ok)
       return Error{concat(name_for_errors, ": ", file.key, ": ", ok.error().message)};
   return scene;
@@ -216,7 +240,7 @@ Result<Scene> parse_scene(std::string_view json_text, const std::string& name_fo
 std::vector<JsonKey> scene_keys() {
   return JsonReader::keys_of([](JsonObject& root) {
     Scene scene;
-    NamedFiles files;
+    SceneFiles files;
     read_scene(root, scene, files);
   });
 }

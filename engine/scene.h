@@ -24,21 +24,29 @@ struct CameraState {
   double pitch_rad = 5.0 * std::numbers::pi / 180.0;  // up
   double roll_rad = 0.0;                              // the right side goes down
   double vertical_fov_rad = 55.0 * std::numbers::pi / 180.0;
+
+  bool operator==(const CameraState&) const = default;
 };
 
 struct SunSettings {
   double azimuth_rad = 220.0 * std::numbers::pi / 180.0;   // clockwise from north
   double elevation_rad = 35.0 * std::numbers::pi / 180.0;  // from the horizon
   glm::vec3 irradiance{1.0f};                              // top of the atmosphere; the unit of light
+
+  bool operator==(const SunSettings&) const = default;
 };
 
 struct AtmosphereSettings {
   bool enabled = true;  // off: black sky, no haze
+
+  bool operator==(const AtmosphereSettings&) const = default;
 };
 
 struct GroundSettings {
   bool enabled = true;  // off: the sky's colour below the horizon too
   glm::vec3 albedo{0.12f, 0.14f, 0.10f};
+
+  bool operator==(const GroundSettings&) const = default;
 };
 
 // Coverage and type of the clouds over a part of the ground. It lies still in the world; clouds drift through it with
@@ -50,6 +58,11 @@ struct WeatherMap {
   std::vector<glm::u8vec2> texels;
   glm::dvec2 origin_m{0.0};  // of the south-west corner, in the world
   glm::dvec2 extent_m{0.0};  // east and north from there
+  // The image that it was read from, from the root of the file system; empty: no file made it. Says where to find the
+  // map again and is never read by itself.
+  std::string file;
+
+  bool operator==(const WeatherMap&) const = default;
 };
 inline constexpr std::uint32_t kMaxWeatherMapSide = 4096;
 
@@ -64,11 +77,15 @@ struct CloudSettings {
   double growth_period_s = 0.0;
   float view_distance_m = 80000.0f;
   std::optional<WeatherMap> weather_map;
+
+  bool operator==(const CloudSettings&) const = default;
 };
 
 struct PhaseSettings {
   PhaseFunction function = PhaseFunction::henyey_greenstein;
   double g = 0.85;  // asymmetry; double, because it is part of the tables' key
+
+  bool operator==(const PhaseSettings&) const = default;
 };
 
 enum class ParticleShape : std::uint8_t {
@@ -87,6 +104,8 @@ struct ListedParticle {
   std::optional<float> base_m;        // altitude of the cloud's flat base, which cuts the particle; none: no base
   std::optional<float> top_m;         // altitude of the cloud's top above it, for sky light; none: the particle's own
   std::optional<glm::vec4> orientation;  // of the reference particle inside: unit quaternion x, y, z, w; none: upright
+
+  bool operator==(const ListedParticle&) const = default;
 };
 
 inline constexpr std::size_t kMaxListedParticles = 262144;
@@ -99,18 +118,33 @@ struct Placement {
   double scale = 1.0;        // of places and sizes; extinction is divided by it, so that optical depths stay
   bool drifts = false;       // with the wind from time 0 on
   std::optional<glm::dvec2> wind_m_per_s;  // none: that of the scene's first cloud field, or calm
+
+  bool operator==(const Placement&) const = default;
 };
 
 struct ParticleGroup {
   std::string name = "particles";  // its kind: what rows of timings begin with
   std::vector<ListedParticle> particles;
   Placement placement;
+  std::string file;  // of a set: the .json that it was read from, as WeatherMap::file; empty: no file made it
+
+  bool operator==(const ParticleGroup&) const = default;
 };
 
 // One of many sources of clouds.
 using SceneSource = std::variant<CloudSettings, ParticleGroup>;
 inline constexpr std::size_t kMaxSources = 64;
 
+// A place to look from, by a name that no other view of the scene has.
+struct SceneView {
+  std::string name;  // not empty
+  CameraState camera;
+
+  bool operator==(const SceneView&) const = default;
+};
+inline constexpr std::size_t kMaxViews = 64;
+
+// Two scenes are equal if every value of theirs is.
 struct Scene {
   // The patterns of clouds and ground are counted from here: shifted together with camera and particles, it leaves the
   // picture as it is.
@@ -120,10 +154,13 @@ struct Scene {
   AtmosphereSettings atmosphere;
   GroundSettings ground;
   float exposure_ev = 0.0f;                               // stops; radiance is scaled by 2^exposure_ev
+  std::vector<SceneView> views;                           // beside `camera`, in the file's order
   std::optional<CloudSettings> clouds = CloudSettings{};  // none: only the listed particles
   PhaseSettings phase;
   std::vector<ListedParticle> particles;
   std::vector<SceneSource> sources;  // further ones, after `particles` and `clouds`
+
+  bool operator==(const Scene&) const = default;
 };
 
 // All cloud fields in the order of their particles: `clouds`, then those among `sources`.
@@ -141,11 +178,15 @@ std::vector<const CloudSettings*> cloud_fields(const Scene& scene);
 // "set" with the "file" of a particle set (engine/particle_set.h), its path relative as above. The latter two also have
 // the keys of Placement: "at_m", "heading_deg", "scale", "drifts" (default true for a set, false for particles) and
 // "wind_m_per_s".
+//
+// A member of "views" is {"name": TEXT, "camera": {...}}: the name is required, the camera has the keys and defaults of
+// "camera" itself.
 Result<Scene> load_scene(const std::string& path);
 Result<Scene> parse_scene(std::string_view json_text, const std::string& name_for_errors,
                           const std::string& directory = ".");
 
-// Every key of a scene file, in the reader's order; struct JsonKey stands in engine/json_reader.h.
+// Every key of a scene file, in the reader's order, with what it accepts in words and as values; struct JsonKey stands
+// in engine/json_reader.h.
 struct JsonKey;
 std::vector<JsonKey> scene_keys();
 

@@ -122,6 +122,47 @@ TEST_CASE("JSON: the list of a reading function's keys says what each accepts an
     CHECK(std::array{keys[i].path, keys[i].accepted, keys[i].default_value} == expected[i]);
 }
 
+TEST_CASE("JSON: the list of keys says in values what it says in words") {
+  const std::vector<JsonKey> keys = JsonReader::keys_of([](JsonObject& root) {
+    Zoo zoo;
+    read_zoo(root, zoo);
+    std::string plan;
+    root.file("plan", plan);
+    root.object("gate", [](JsonObject&) {});
+  });
+  struct Expected {
+    JsonKind kind;
+    std::vector<Range> ranges;
+    std::vector<std::string> choices;
+    bool required;
+    nlohmann::json default_json;
+  };
+  using enum JsonKind;
+  const std::vector<Expected> expected{{number, {{-90, 90}}, {}, false, 90},
+                                       {number, {{0, 1}}, {}, false, 0.1},
+                                       {vector, {{0, 1}, {-1e9, 1e9}}, {}, false, {1.5, -2}},
+                                       {vector, {{0, 1}, {0, 1}, {0, 1}}, {}, false, nullptr},
+                                       {boolean, {}, {}, false, true},
+                                       {whole_number, {{1, 9}}, {}, false, 7},
+                                       {text, {}, {}, true, nullptr},
+                                       {choice, {}, {"cat", "dog"}, false, "dog"},
+                                       {objects, {{0, 3}}, {}, false, nullptr},
+                                       {choice, {}, {"child", "adult"}, true, nullptr},
+                                       {number, {{0, 17}}, {}, false, 0},
+                                       {boolean, {}, {}, false, true},
+                                       {file, {}, {}, false, nullptr},
+                                       {object, {}, {}, false, nullptr}};
+  REQUIRE(keys.size() == expected.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    CAPTURE(keys[i].path);
+    CHECK(keys[i].kind == expected[i].kind);
+    CHECK(keys[i].ranges == expected[i].ranges);
+    CHECK(keys[i].choices == expected[i].choices);
+    CHECK(keys[i].required == expected[i].required);
+    CHECK(keys[i].default_json == expected[i].default_json);
+  }
+}
+
 namespace {
 
 // The cells of a Markdown table's row without the spaces around them; a backslash keeps a bar in its cell.
@@ -164,18 +205,21 @@ TEST_CASE("docs/scene_file.md: the tables of keys are the reader's own") {
   // Some sources have the keys of "clouds" or of "particles": the document refers to those, so they must be the same.
   std::vector<JsonKey> keys, repeated;
   for (JsonKey key : scene_keys()) {
-    const std::string field = "sources[field].", listed = "sources[particles].particles[].";
+    const std::string field = "sources[field].", listed = "sources[particles].particles[].", view = "views[].camera.";
     if (key.path.starts_with(field))
       repeated.push_back({"clouds." + key.path.substr(field.size()), key.accepted, key.default_value});
     else if (key.path.starts_with(listed))
       repeated.push_back({"particles[]." + key.path.substr(listed.size()), key.accepted, key.default_value});
+    else if (key.path.starts_with(view))
+      repeated.push_back({"camera." + key.path.substr(view.size()), key.accepted, key.default_value});
     else
       keys.push_back(std::move(key));
   }
   const auto count_of = [&](const std::string& prefix) {
     return std::count_if(keys.begin(), keys.end(), [&](const JsonKey& key) { return key.path.starts_with(prefix); });
   };
-  CHECK(static_cast<std::size_t>(count_of("clouds.") + count_of("particles[].")) == repeated.size());
+  CHECK(static_cast<std::size_t>(count_of("camera.") + count_of("clouds.") + count_of("particles[].")) ==
+        repeated.size());
   for (const JsonKey& key : repeated) {
     CAPTURE(key.path);
     CHECK(std::any_of(keys.begin(), keys.end(), [&](const JsonKey& other) {
@@ -209,4 +253,62 @@ TEST_CASE("scene keys: each is listed once, and its default is itself a value th
     CHECK_MESSAGE(scene, text);
   }
   CHECK(paths.size() > 30);
+}
+
+TEST_CASE("scene keys: kinds, ranges, choices and defaults are what the words say") {
+  const auto shown = [](double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", number);
+    return std::string(text);
+  };
+  const auto from_to = [&](const Range& range) { return shown(range.minimum) + " to " + shown(range.maximum); };
+  const auto words_of = [&](const JsonKey& key) -> std::string {
+    switch (key.kind) {
+      case JsonKind::number:
+        return "a number from " + from_to(key.ranges.at(0));
+      case JsonKind::whole_number:
+        return "a whole number from " + std::to_string(static_cast<std::uint64_t>(key.ranges.at(0).minimum)) + " to " +
+               std::to_string(static_cast<std::uint64_t>(key.ranges.at(0).maximum));
+      case JsonKind::vector: {
+        const bool alike = std::all_of(key.ranges.begin(), key.ranges.end(),
+                                       [&](const Range& range) { return range == key.ranges[0]; });
+        std::string text = std::to_string(key.ranges.size()) + (alike ? " numbers, each from " : " numbers: from ");
+        for (std::size_t i = 0; i < (alike ? 1 : key.ranges.size()); ++i)
+          text += (i > 0 ? ", " : "") + from_to(key.ranges[i]);
+        return text;
+      }
+      case JsonKind::boolean:
+        return "true or false";
+      case JsonKind::choice: {
+        std::string text;
+        for (const std::string& choice : key.choices) text += (text.empty() ? "\"" : ", \"") + choice + '"';
+        return text;
+      }
+      case JsonKind::text:
+      case JsonKind::file:
+        return "a text that is not empty";
+      case JsonKind::object:
+        return "an object";
+      case JsonKind::objects:
+        return "an array of at most " + shown(key.ranges.at(0).maximum) + " objects";
+    }
+    return "";
+  };
+  for (const JsonKey& key : scene_keys()) {
+    CAPTURE(key.path);
+    CHECK(words_of(key) == key.accepted);
+    CHECK(key.required == (key.default_value == "required"));
+    CHECK(key.default_json.is_null() == (key.default_value == "none" || key.required));
+    if (key.default_json.is_null()) continue;
+    CHECK(nlohmann::json::parse(key.default_value) == key.default_json);
+    // Whoever makes a slider of the range starts inside of it.
+    const auto inside = [](const nlohmann::json& number, const Range& range) {
+      return number.get<double>() >= range.minimum && number.get<double>() <= range.maximum;
+    };
+    if (key.kind == JsonKind::number || key.kind == JsonKind::whole_number)
+      CHECK(inside(key.default_json, key.ranges.at(0)));
+    if (key.kind != JsonKind::vector) continue;
+    REQUIRE(key.default_json.size() == key.ranges.size());
+    for (std::size_t i = 0; i < key.ranges.size(); ++i) CHECK(inside(key.default_json[i], key.ranges[i]));
+  }
 }

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "engine/image_io.h"
+#include "engine/json_reader.h"
 #include "engine/particle_set.h"
 #include "tests/support/support.h"
 
@@ -208,6 +209,57 @@ TEST_CASE("scene: the camera looks at a place instead of along two angles") {
         "scene.json: camera.look_at_m[2] is 2000000.0; accepted: a number from -1000000 to 1000000");
 }
 
+TEST_CASE("scene: views are cameras with names, in the file's order, and leave the camera alone") {
+  const Scene scene = parse(R"({"camera": {"yaw_deg": 20}, "views": [
+    {"name": "near", "camera": {"position_m": [1, 2, 3], "yaw_deg": 10, "pitch_deg": -5, "roll_deg": 3,
+                                "vertical_fov_deg": 60}},
+    {"name": "2", "camera": {"look_at_m": [1000, 0, 1500]}},
+    {"name": "as by default"}]})");
+  CHECK(scene.camera.yaw_rad == 20 * kRadiansPerDegree);
+  CHECK(scene.clouds.has_value());  // views are no clouds
+  REQUIRE(scene.views.size() == 3);
+  CHECK(scene.views[0].name == "near");
+  CHECK(scene.views[0].camera.position_m == glm::dvec3(1, 2, 3));
+  CHECK(scene.views[0].camera.yaw_rad == 10 * kRadiansPerDegree);
+  CHECK(scene.views[0].camera.pitch_rad == -5 * kRadiansPerDegree);
+  CHECK(scene.views[0].camera.roll_rad == 3 * kRadiansPerDegree);
+  CHECK(scene.views[0].camera.vertical_fov_rad == 60 * kRadiansPerDegree);
+  CHECK(std::abs(scene.views[1].camera.yaw_rad - 90 * kRadiansPerDegree) < 1e-15);
+  CHECK(scene.views[2].camera == CameraState{});  // not the scene's own
+  CHECK(parse("{}").views.empty());
+}
+
+TEST_CASE("scene: each fault of a view is one line") {
+  CHECK(complaint(R"({"views": [{}]})") == "scene.json: views[0].name is missing");
+  CHECK(complaint(R"({"views": [{"name": ""}]})") ==
+        "scene.json: views[0].name is \"\"; accepted: a text that is not empty");
+  CHECK(complaint(R"({"views": [{"name": 3}]})") ==
+        "scene.json: views[0].name is 3; accepted: a text that is not empty");
+  CHECK(complaint(R"({"views": [{"name": "a"}, {"name": "b"}, {"name": "a"}]})") ==
+        "scene.json: views[2].name is \"a\"; accepted: a name that no other view has");
+  CHECK(complaint(R"({"views": [{"name": "a", "camera": {"pitch_deg": 91}}]})") ==
+        "scene.json: views[0].camera.pitch_deg is 91; accepted: a number from -90 to 90");
+  CHECK(complaint(R"({"views": [{"name": "a", "camera": {"zoom": 2}}]})")
+            .starts_with("scene.json: unknown key views[0].camera.zoom; accepted: position_m, yaw_deg"));
+  CHECK(complaint(R"({"views": [{"name": "a", "sun": {}}]})") ==
+        "scene.json: unknown key views[0].sun; accepted: name, camera");
+  CHECK(complaint(R"({"views": {"name": "a"}})") ==
+        "scene.json: views is an object; accepted: an array of at most 64 objects");
+  std::string many = R"({"views": [)";
+  for (int i = 0; i < 65; ++i) many += (i > 0 ? R"(,{"name": ")" : R"({"name": ")") + std::to_string(i) + "\"}";
+  CHECK(complaint(many + "]}") == "scene.json: views is an array of 65; accepted: an array of at most 64 objects");
+}
+
+TEST_CASE("scene: quaternions that are unit but for roundings stand as they are, others are normalised") {
+  const auto orientation = [](const std::string& text) {
+    return *parse(R"({"particles": [{"orientation": )" + text + "}]}").particles[0].orientation;
+  };
+  CHECK(orientation("[0, 0.6, 0, 0.8]") == glm::vec4(0, 0.6f, 0, 0.8f));
+  const glm::vec4 long_one = orientation("[0, 0.6003, 0, 0.8004]");
+  CHECK(std::abs(long_one.y - 0.6f) < 1e-7f);
+  CHECK(std::abs(long_one.w - 0.8f) < 1e-7f);
+}
+
 TEST_CASE("scene: which of clouds and listed particles are drawn") {
   CHECK(parse("{}").clouds.has_value());
   CHECK_FALSE(parse(R"({"particles": []})").clouds.has_value());
@@ -235,7 +287,7 @@ TEST_CASE("scene: errors name file, key path, value and what is accepted") {
         "growth_period_s, wind_m_per_s, view_distance_m, weather_map");
   CHECK(complaint(R"({"cloud": {}})") ==
         "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, exposure_ev, "
-        "clouds, phase, "
+        "views, clouds, phase, "
         "particles, sources");
   CHECK(complaint(R"({"camera": {"position_m": [0, 0]}})") ==
         "scene.json: camera.position_m is [0,0]; accepted: an array of 3 numbers");
