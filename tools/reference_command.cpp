@@ -24,6 +24,7 @@
 #include "tools/path_tracer/reference_image.h"
 #include "tools/progress.h"
 #include "tools/scene_tables.h"
+#include "tools/scene_view.h"
 
 namespace nephele::tools {
 namespace {
@@ -38,7 +39,7 @@ constexpr double kMaxSkyRadiance = 1e6;
 
 // As typed.
 struct ReferenceOptions {
-  std::string scene, out, layers, picture, tables, device;
+  std::string scene, view, out, layers, picture, tables, device;
   TypedSettings typed{.settings = {.width = 320, .height = 180}, .given = {}};
   std::optional<std::uint32_t> spp;
   std::optional<double> noise, sky_radiance;
@@ -168,6 +169,8 @@ Result<void> run_reference(const ReferenceOptions& options) {
   if (auto ok = check(options); !ok) return ok;
   Result<Scene> scene = options.scene.empty() ? Result<Scene>(Scene{}) : load_scene(options.scene);
   if (!scene) return scene.error();
+  if (!options.view.empty())
+    if (auto ok = look_from_view(*scene, options.view); !ok) return ok;
   const Result<Tables> tables = tables_for_scene(*scene, options.tables, options.quiet);
   if (!tables) return tables.error();
   const Result<std::vector<shared::Particle>> particles = rendered_particles(*scene, *tables, options);
@@ -208,6 +211,9 @@ Command add_reference_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("reference", "Path-trace the truth of a scene on the CPU");
   const auto options = std::make_shared<ReferenceOptions>();
   app->add_option("--scene", options->scene, "Scene file (JSON); without it, a default sky")->type_name("FILE");
+  app->add_option("--view", options->view,
+                  "One of the scene's views, by its name or its number from 1 on, as the camera")
+      ->type_name("NAME_OR_NUMBER");
   app->add_option("--out", options->out, "Image: .exr with R G B T SE")->type_name("FILE");
   app->add_option("--layers", options->layers, "Cloud layer alone: .exr with R G B T Z")->type_name("FILE");
   app->add_option("--picture", options->picture, "Tone-mapped as render shows it: .png")->type_name("FILE");

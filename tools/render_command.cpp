@@ -16,6 +16,7 @@
 #include "tools/progress.h"
 #include "tools/render_stats.h"
 #include "tools/scene_tables.h"
+#include "tools/scene_view.h"
 
 namespace nephele::tools {
 namespace {
@@ -25,7 +26,7 @@ constexpr std::uint64_t kMaxFrames = 1000000;
 
 // As typed.
 struct RenderOptions {
-  std::string scene, path, out, layers, stats, tables, device, tuning;
+  std::string scene, view, path, out, layers, stats, tables, device, tuning;
   TypedSettings typed{.settings = {.full_layer = false, .reuse = false}, .given = {}};
   double time_s = 0;
   std::optional<std::uint64_t> frames;
@@ -80,6 +81,8 @@ Result<RenderJob> prepare(const RenderOptions& options) {
     if (!scene) return scene.error();
     job.scene = std::move(*scene);
   }
+  if (!options.view.empty())
+    if (auto ok = look_from_view(job.scene, options.view); !ok) return ok.error();
   if (!options.path.empty()) {
     Result<CameraPath> path = load_camera_path(options.path);
     if (!path) return path.error();
@@ -171,6 +174,9 @@ Command add_render_command(CLI::App& program) {
   CLI::App* app = program.add_subcommand("render", "Render frames of a scene to PNG or EXR files");
   const auto options = std::make_shared<RenderOptions>();
   app->add_option("--scene", options->scene, "Scene file (JSON); without it, a default sky")->type_name("FILE");
+  app->add_option("--view", options->view,
+                  "One of the scene's views, by its name or its number from 1 on, as the camera")
+      ->type_name("NAME_OR_NUMBER");
   app->add_option("--out", options->out, "Image: .png (tone-mapped sRGB) or .exr (linear R G B)")->type_name("FILE");
   app->add_option("--layers", options->layers, "Cloud layer alone: .exr with R G B T Z")->type_name("FILE");
   app->add_option("--stats", options->stats, "Times and counts: .json")->type_name("FILE");

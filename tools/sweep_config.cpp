@@ -284,6 +284,7 @@ class SweepReader {
 
 json describe(const SweepPicture& picture, const json& scene_document) {
   json description{{"table_preset", picture.table_preset}, {"scene", scene_document}};
+  description["scene"].erase("views");  // a sweep looks from the camera alone
   for (const Setting& setting : all_settings()) description[setting.key] = json_of(setting.get(picture.render));
   return description;
 }

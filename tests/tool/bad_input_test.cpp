@@ -73,10 +73,10 @@ TEST_CASE("bad input: option values out of range name the option, the value and 
 TEST_CASE("bad input: an empty value is refused, and nothing else is taken for it") {
   const TempDirectory directory;
   const std::string out = directory / "x.exr";
-  for (const char* option : {"--scene", "--path", "--out", "--layers", "--stats", "--tables", "--device", "--time",
-                             "--frames", "--warmup", "--size", "--quality", "--steps", "--reuse"})
+  for (const char* option : {"--scene", "--view", "--path", "--out", "--layers", "--stats", "--tables", "--device",
+                             "--time", "--frames", "--warmup", "--size", "--quality", "--steps", "--reuse"})
     expect_refusal({"render", "--out", out, option, ""}, {option});
-  for (const char* option : {"--scene", "--picture", "--noise", "--spp", "--threads"})
+  for (const char* option : {"--scene", "--view", "--picture", "--noise", "--spp", "--threads"})
     expect_refusal({"reference", "--out", out, option, ""}, {option});
   for (const char* option : {"--out", "--stats", "--phase", "--g-single", "--size-scattering"})
     expect_refusal({"bake", option, ""}, {option});
@@ -161,6 +161,27 @@ TEST_CASE("bad input: scene and path files") {
   write_file(directory / "path.json", R"({"keys": []})");
   expect_refusal({"render", "--out", out, "--path", directory / "path.json"}, {directory / "path.json", "keys"});
   CHECK(directory.entries() == std::vector<std::string>{"path.json", "scene.json"});
+}
+
+TEST_CASE("bad input: views") {
+  const TempDirectory directory;
+  const std::string scene = directory / "scene.json";
+  write_file(scene, R"({"views": [{"name": "level"}, {"name": "from above"}]})");
+  for (const char* command : {"render", "reference"}) {
+    const std::vector<std::string> start{command, "--out", directory / "x.exr"};
+    const auto refuse = [&](std::vector<std::string> more, const std::vector<std::string>& mentions) {
+      more.insert(more.begin(), start.begin(), start.end());
+      expect_refusal(more, mentions);
+    };
+    for (const char* unknown : {"below", "0", "3", "-1", "1.0", "01", "Level"})
+      refuse({"--scene", scene, "--view", unknown},
+             {std::string("--view is "), unknown, R"(accepted: 1 = "level", 2 = "from above")"});
+    refuse({"--view", "1"}, {"--view is 1", "the scene has no views"});
+  }
+  write_file(scene, R"({"views": [{"name": "a"}, {"name": "a"}]})");
+  expect_refusal({"render", "--out", directory / "x.exr", "--scene", scene},
+                 {scene, "views[1].name is \"a\"; accepted: a name that no other view has"});
+  CHECK(directory.entries() == std::vector<std::string>{"scene.json"});
 }
 
 TEST_CASE("bad input: damaged tables given with --tables") {

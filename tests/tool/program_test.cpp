@@ -247,6 +247,44 @@ TEST_CASE("program: an option given twice means its last value, so scripts can g
   CHECK(image->width == 32);
 }
 
+TEST_CASE("program: a view, by its name or number, is the picture of a scene whose camera is the view's") {
+  const TempDirectory directory;
+  const std::string camera = R"({"position_m": [10, 20, 900], "yaw_deg": 75, "pitch_deg": 12, "vertical_fov_deg": 70})";
+  const std::string sky = R"("clouds": {"seed": 2}})";
+  // The second view is called like the number of the first: names go before numbers.
+  write_file(directory / "views.json", R"({"camera": {"yaw_deg": 200}, "views": [{"name": "east", "camera": )" +
+                                           camera + R"(}, {"name": "1"}], )" + sky);
+  write_file(directory / "east.json", R"({"camera": )" + camera + ", " + sky);
+  write_file(directory / "default.json", "{" + sky);
+  const auto picture = [&](const std::string& scene, const std::vector<std::string>& view) {
+    std::vector<std::string> arguments = small_render({"--scene", directory / scene, "--out", directory / "x.exr"});
+    arguments.insert(arguments.end(), view.begin(), view.end());
+    run_quietly(arguments);
+    return read_file(directory / "x.exr");
+  };
+  const std::string east = picture("east.json", {}), by_default = picture("default.json", {});
+  const bool named = picture("views.json", {"--view", "east"}) == east;
+  CHECK(named);
+  const bool name_first = picture("views.json", {"--view", "1"}) == by_default;
+  CHECK(name_first);
+  const bool numbered = picture("views.json", {"--view", "2"}) == by_default;
+  CHECK(numbered);
+  const std::string own = picture("views.json", {});
+  const bool own_differs = own != east && own != by_default;
+  CHECK(own_differs);
+
+  const auto traced = [&](const std::string& scene, const std::vector<std::string>& view) {
+    std::vector<std::string> arguments{"reference", "--quiet",      "--scene", directory / scene,
+                                       "--size",    "8x6",          "--spp",   "1",
+                                       "--tables",  small_tables(), "--out",   directory / "x.exr"};
+    arguments.insert(arguments.end(), view.begin(), view.end());
+    run_quietly(arguments);
+    return read_file(directory / "x.exr");
+  };
+  const bool traced_alike = traced("views.json", {"--view", "east"}) == traced("east.json", {});
+  CHECK(traced_alike);
+}
+
 TEST_CASE("program: a scene without clouds renders the sky alone") {
   const TempDirectory directory;
   write_file(directory / "scene.json", R"({"particles": []})");
