@@ -5,8 +5,11 @@
 
 #include <bit>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <random>
 
 #include "engine/accepted.h"
@@ -83,7 +86,8 @@ TEST_CASE("scene writer: each key of the reader, alone at another value, is writ
     const Scene scene = parse(document.dump(), directory.path().string());
     const std::string text = written(scene, directory.path().string());
     const json found = test::found_at(json::parse(text), key.path);
-    REQUIRE_MESSAGE(!found.is_null(), text);
+    CHECK_FALSE(found.is_null());
+    if (found.is_null()) continue;
     if (found.is_number())  // a float has 24 bits
       CHECK(std::abs(found.get<double>() - value.get<double>()) <= 0x1p-24 * std::abs(value.get<double>()));
     else if (found.is_array())

@@ -1,9 +1,12 @@
 // Documents of scenes made from the reader's own list of keys, so that a test reaches every key, also those to come.
 #pragma once
 
+#include <doctest/doctest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <random>
