@@ -62,6 +62,32 @@ Error unreadable(const std::string& path, std::string reason) {
   return Error{path + ": can't be read as an OpenEXR image: " + reason};
 }
 
+Error unreadable_png(const std::string& path, const std::string& reason) {
+  return Error{path + ": can't be read as a PNG image: " + reason};
+}
+
+// The bytes of a PNG whose header is read and whose size is accepted.
+struct PngFile {
+  std::string bytes;
+  int channels = 0;
+
+  const stbi_uc* data() const { return reinterpret_cast<const stbi_uc*>(bytes.data()); }
+  int length() const { return static_cast<int>(std::min<std::size_t>(bytes.size(), std::numeric_limits<int>::max())); }
+};
+
+Result<PngFile> open_png(const std::string& path, std::uint32_t max_side_px) {
+  Result<std::string> text = read_text_file(path);
+  if (!text) return text.error();
+  PngFile file{std::move(*text)};
+  int width = 0, height = 0;
+  if (!stbi_info_from_memory(file.data(), file.length(), &width, &height, &file.channels))
+    return unreadable_png(path, stbi_failure_reason());
+  const int most = static_cast<int>(max_side_px);
+  if (width < 1 || height < 1 || width > most || height > most)
+    return unreadable_png(path, concat("it is ", width, " x ", height, "; accepted: 1 to ", max_side_px, " a side"));
+  return file;
+}
+
 }  // namespace
 
 std::optional<std::size_t> ImageF::channel_index(std::string_view name) const {
@@ -89,24 +115,28 @@ Result<void> write_png(const std::string& path, std::uint32_t width, std::uint32
 }
 
 Result<ImageBytes> read_png(const std::string& path, std::uint32_t max_side_px) {
-  const Result<std::string> file = read_text_file(path);
+  const Result<PngFile> file = open_png(path, max_side_px);
   if (!file) return file.error();
-  const auto unreadable_png = [&](const std::string& reason) {
-    return Error{path + ": can't be read as a PNG image: " + reason};
-  };
-  const auto* bytes = reinterpret_cast<const stbi_uc*>(file->data());
-  const int length = static_cast<int>(std::min<std::size_t>(file->size(), std::numeric_limits<int>::max()));
+  const int kept = file->channels < 3 ? 1 : 3;
   int width = 0, height = 0, channels = 0;
-  if (!stbi_info_from_memory(bytes, length, &width, &height, &channels)) return unreadable_png(stbi_failure_reason());
-  const int most = static_cast<int>(max_side_px);
-  if (width < 1 || height < 1 || width > most || height > most)
-    return unreadable_png(concat("it is ", width, " x ", height, "; accepted: 1 to ", max_side_px, " a side"));
-  const int kept = channels < 3 ? 1 : 3;
-  stbi_uc* pixels = stbi_load_from_memory(bytes, length, &width, &height, &channels, kept);
-  if (!pixels) return unreadable_png(stbi_failure_reason());
+  stbi_uc* pixels = stbi_load_from_memory(file->data(), file->length(), &width, &height, &channels, kept);
+  if (!pixels) return unreadable_png(path, stbi_failure_reason());
   ImageBytes image{
       static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), static_cast<std::uint32_t>(kept), {}};
   image.data.assign(pixels, pixels + std::size_t{image.width} * image.height * image.channels);
+  stbi_image_free(pixels);
+  return image;
+}
+
+Result<GreyImage> read_grey_png(const std::string& path, std::uint32_t max_side_px) {
+  const Result<PngFile> file = open_png(path, max_side_px);
+  if (!file) return file.error();
+  if (file->channels > 2) return unreadable_png(path, "it has colours; accepted: a grey image of 8 or 16 bits");
+  int width = 0, height = 0, channels = 0;
+  stbi_us* pixels = stbi_load_16_from_memory(file->data(), file->length(), &width, &height, &channels, 1);
+  if (!pixels) return unreadable_png(path, stbi_failure_reason());
+  GreyImage image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
+  image.data.assign(pixels, pixels + std::size_t{image.width} * image.height);
   stbi_image_free(pixels);
   return image;
 }

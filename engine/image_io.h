@@ -40,6 +40,15 @@ struct ImageBytes {
 
 Result<ImageBytes> read_png(const std::string& path, std::uint32_t max_side_px = kMaxImageSidePx);
 
+// One channel of 16 bits as they stand in the file (8 are scaled by 257), no colour management; alpha is dropped. An
+// image with colours is an error.
+struct GreyImage {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint16_t> data;  // rows from the top
+};
+
+Result<GreyImage> read_grey_png(const std::string& path, std::uint32_t max_side_px = kMaxImageSidePx);
+
 Result<void> write_exr(const std::string& path, const ImageF& image);
 
 // All channels of the data window as float32, in the file's own order (alphabetical): look them up by name.

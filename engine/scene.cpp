@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <utility>
 
 #include "engine/check.h"
 #include "engine/image_io.h"
@@ -102,6 +103,33 @@ void read_clouds(JsonObject& json, CloudSettings& clouds, SceneFiles& files,
   json.number("view_distance_m", clouds.view_distance_m, {1, 500000});
   json.object("weather_map",
               [&](JsonObject& child) { read_weather_map(child, clouds.weather_map.emplace(), files, field); });
+}
+
+constexpr Range kTerrainM{0, kMaxTerrainM};
+
+Result<void> load_heights(Terrain& terrain, const std::string& path) {
+  Result<GreyImage> image = read_grey_png(path, kMaxTerrainSide);
+  if (!image) return image.error();
+  terrain.file = from_root(path);
+  terrain.width = image->width;
+  terrain.height = image->height;
+  terrain.texels = std::move(image->data);
+  if (auto ok = check_terrain(terrain); !ok) return Error{path + ": " + ok.error().message};
+  return {};
+}
+
+void read_terrain(JsonObject& json, Scene& scene, SceneFiles& files) {
+  Terrain& terrain = scene.terrain.emplace();
+  for (const char* key : {"file", "origin_m", "extent_m", "lowest_m", "highest_m"}) json.require(key);
+  std::string file;
+  json.file("file", file);
+  files.push_back(
+      {json.path_of("file"), file, [&scene](const std::string& path) { return load_heights(*scene.terrain, path); }});
+  json.vector("origin_m", terrain.origin_m, {kHorizontalM});
+  json.vector("extent_m", terrain.extent_m, {kMapExtentM});
+  json.number("lowest_m", terrain.lowest_m, kTerrainM);
+  json.number("highest_m", terrain.highest_m, kTerrainM);
+  if (terrain.highest_m < terrain.lowest_m) json.refuse("highest_m", "lowest_m or more");
 }
 
 void read_phase(JsonObject& json, PhaseSettings& phase) {
@@ -204,6 +232,7 @@ void read_scene(JsonObject& json, Scene& scene, SceneFiles& files) {
     child.boolean("enabled", scene.ground.enabled);
     child.vector("albedo", scene.ground.albedo, {kFraction});
   });
+  json.object("terrain", [&](JsonObject& child) { read_terrain(child, scene, files); });
   json.number("exposure_ev", scene.exposure_ev, {-32, 32});
   json.objects("views", kMaxViews, [&](JsonObject& child) {
     SceneView view;
@@ -259,20 +288,44 @@ std::vector<const CloudSettings*> cloud_fields(const Scene& scene) {
   return fields;
 }
 
-Result<void> check_weather_map(const WeatherMap& map) {
-  if (map.width < 1 || map.height < 1 || map.width > kMaxWeatherMapSide || map.height > kMaxWeatherMapSide)
-    return Error{concat("weather map is ", map.width, " x ", map.height, " texels; accepted: 1 to ", kMaxWeatherMapSide,
-                        " a side")};
-  if (map.texels.size() != std::size_t{map.width} * map.height)
-    return Error{concat("weather map of ", map.width, " x ", map.height, " has ", map.texels.size(), " texels")};
+namespace {
+
+// Of a map that no file made; what: "weather map".
+Result<void> check_map(const char* what, std::uint32_t width, std::uint32_t height, std::uint32_t least,
+                       std::uint32_t most, std::size_t texels, const glm::dvec2& origin_m, const glm::dvec2& extent_m) {
+  if (width < least || height < least || width > most || height > most)
+    return Error{concat(what, " is ", width, " x ", height, " texels; accepted: ", least, " to ", most, " a side")};
+  if (texels != std::size_t{width} * height)
+    return Error{concat(what, " of ", width, " x ", height, " has ", texels, " texels")};
   for (glm::length_t i = 0; i < 2; ++i) {
-    if (!(map.extent_m[i] >= kMapExtentM.minimum && map.extent_m[i] <= kMapExtentM.maximum))
-      return Error{concat("weather map's extent_m[", i, "] is ", map.extent_m[i], "; accepted: ", kMapExtentM.minimum,
-                          " to ", kMapExtentM.maximum)};
-    if (!(std::abs(map.origin_m[i]) <= kHorizontalM.maximum))
-      return Error{concat("weather map's origin_m[", i, "] is ", map.origin_m[i], "; accepted: ", kHorizontalM.minimum,
-                          " to ", kHorizontalM.maximum)};
+    if (!(extent_m[i] >= kMapExtentM.minimum && extent_m[i] <= kMapExtentM.maximum))
+      return Error{concat(what, "'s extent_m[", i, "] is ", extent_m[i], "; accepted: ", kMapExtentM.minimum, " to ",
+                          kMapExtentM.maximum)};
+    if (!(std::abs(origin_m[i]) <= kHorizontalM.maximum))
+      return Error{concat(what, "'s origin_m[", i, "] is ", origin_m[i], "; accepted: ", kHorizontalM.minimum, " to ",
+                          kHorizontalM.maximum)};
   }
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_weather_map(const WeatherMap& map) {
+  return check_map("weather map", map.width, map.height, 1, kMaxWeatherMapSide, map.texels.size(), map.origin_m,
+                   map.extent_m);
+}
+
+Result<void> check_terrain(const Terrain& terrain) {
+  if (auto ok = check_map("terrain", terrain.width, terrain.height, 2, kMaxTerrainSide, terrain.texels.size(),
+                          terrain.origin_m, terrain.extent_m);
+      !ok)
+    return ok;
+  for (const auto& [name, altitude_m] :
+       {std::pair{"lowest_m", terrain.lowest_m}, std::pair{"highest_m", terrain.highest_m}})
+    if (!(altitude_m >= 0.0f && altitude_m <= kMaxTerrainM))
+      return Error{concat("terrain's ", name, " is ", altitude_m, "; accepted: 0 to ", kMaxTerrainM)};
+  if (terrain.highest_m < terrain.lowest_m)
+    return Error{concat("terrain's highest_m is ", terrain.highest_m, "; accepted: lowest_m or more")};
   return {};
 }
 

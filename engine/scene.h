@@ -66,6 +66,22 @@ struct WeatherMap {
 };
 inline constexpr std::uint32_t kMaxWeatherMapSide = 4096;
 
+// Heights of a part of the ground, from an image that lies in the world. They stand at the middles of texels and are
+// bilinear between them. Beyond the map the outermost texels' heights go on and fade to 0 (terrain_grid.h says over
+// what distance).
+struct Terrain {
+  std::uint32_t width = 0, height = 0;      // texels, 2 .. kMaxTerrainSide
+  std::vector<std::uint16_t> texels;        // rows from the north; 0 is lowest_m, 65535 highest_m
+  glm::dvec2 origin_m{0.0};                 // of the south-west corner, in the world
+  glm::dvec2 extent_m{0.0};                 // east and north from there
+  float lowest_m = 0.0f, highest_m = 0.0f;  // altitudes, 0 .. kMaxTerrainM
+  std::string file;                         // that it was read from, as WeatherMap::file; empty: no file made it
+
+  bool operator==(const Terrain&) const = default;
+};
+inline constexpr std::uint32_t kMaxTerrainSide = 2048;  // its arrays then fit the buffers that every device has
+inline constexpr float kMaxTerrainM = 9000.0f;
+
 struct CloudSettings {
   std::uint32_t seed = 1;
   float coverage = 0.45f;
@@ -153,6 +169,7 @@ struct Scene {
   SunSettings sun;
   AtmosphereSettings atmosphere;
   GroundSettings ground;
+  std::optional<Terrain> terrain;                         // none: a plain at altitude 0
   float exposure_ev = 0.0f;                               // stops; radiance is scaled by 2^exposure_ev
   std::vector<SceneView> views;                           // beside `camera`, in the file's order
   std::optional<CloudSettings> clouds = CloudSettings{};  // none: only the listed particles
@@ -174,6 +191,9 @@ std::vector<const CloudSettings*> cloud_fields(const Scene& scene);
 // relative to the scene file's directory. Red is coverage, green type, each as value / 255 with no colour management;
 // a grey image is coverage alone, with type 255.
 //
+// "terrain" is {"file": PNG, "origin_m": [x, y], "extent_m": [x, y], "lowest_m", "highest_m"}, all five required; the
+// file is grey, of 8 or 16 bits.
+//
 // A member of "sources" has a "kind": "field" with the keys of "clouds"; "particles" with its own list of "particles";
 // "set" with the "file" of a particle set (engine/particle_set.h), its path relative as above. The latter two also have
 // the keys of Placement: "at_m", "heading_deg", "scale", "drifts" (default true for a set, false for particles) and
@@ -193,5 +213,8 @@ std::vector<JsonKey> scene_keys();
 // One line if the map's texels are not width * height, or a side or its extent is out of range: for maps that no file
 // made.
 Result<void> check_weather_map(const WeatherMap& map);
+
+// The same for terrain; its altitudes too.
+Result<void> check_terrain(const Terrain& terrain);
 
 }  // namespace nephele

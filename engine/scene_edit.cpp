@@ -80,6 +80,7 @@ class Untouched {
     scene_.views.swap(views_);
     scene_.particles.swap(particles_);
     scene_.sources.swap(sources_);
+    scene_.terrain.swap(terrain_);
     if (scene_.clouds) scene_.clouds->weather_map.swap(map_);
   }
 
@@ -87,6 +88,7 @@ class Untouched {
   std::vector<SceneView> views_;
   std::vector<ListedParticle> particles_;
   std::vector<SceneSource> sources_;
+  std::optional<Terrain> terrain_;
   std::optional<WeatherMap> map_;
 };
 

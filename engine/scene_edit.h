@@ -1,8 +1,8 @@
 // One value of a scene, by the path that its key has in a scene file: for panels, options and scripts.
 //
 // Editable are the keys of camera, sun, atmosphere, ground, clouds and phase, exposure_ev and world_origin_m. What a
-// scene lists (views, particles, sources) and the files that it names are left alone: neither read nor copied, so that
-// an edit costs microseconds however much the scene holds.
+// scene lists (views, particles, sources), its terrain and the files that it names are left alone: neither read nor
+// copied, so that an edit costs microseconds however much the scene holds.
 #pragma once
 
 #include <string>

@@ -102,6 +102,12 @@ class DocumentWriter {
     Json& views = json["views"] = Json::array();
     for (const SceneView& view : scene.views)
       views.push_back({{"name", view.name}, {"camera", write_camera(view.camera)}});
+    if (const auto& terrain = scene.terrain)
+      json["terrain"] = {{"file", file_name("terrain", "height map", terrain->file)},
+                         {"origin_m", as_written(terrain->origin_m)},
+                         {"extent_m", as_written(terrain->extent_m)},
+                         {"lowest_m", as_written(terrain->lowest_m)},
+                         {"highest_m", as_written(terrain->highest_m)}};
     json["particles"] = write_particles(scene.particles);
     Json& sources = json["sources"] = Json::array();
     for (const SceneSource& source : scene.sources) {

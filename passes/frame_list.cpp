@@ -12,6 +12,7 @@
 #include "passes/light/occlusion.h"
 #include "passes/sky/atmosphere.h"
 #include "passes/sky/composite.h"
+#include "passes/sky/terrain.h"
 #include "passes/sources/cloud_particles.h"
 
 namespace nephele {
@@ -92,6 +93,7 @@ struct FramePasses::Passes {
   AtmospherePass atmosphere;
   CompositePass composite;
   std::unique_ptr<Clouds> clouds;
+  std::unique_ptr<TerrainPass> terrain;
 };
 
 FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const ShadingVolumes& volumes, const Scene& scene,
@@ -100,11 +102,14 @@ FramePasses::FramePasses(Workshop& make, const GpuTables& tables, const ShadingV
       volumes_(volumes),
       hdr_(make.image("hdr", {VK_FORMAT_R32G32B32A32_SFLOAT, settings.width, settings.height})),
       display_(make.image("display", {VK_FORMAT_R8G8B8A8_UNORM, settings.width, settings.height})),
+      origin_m_(scene.world_origin_m),
       passes_(std::make_unique<Passes>(make, settings)) {
   std::vector<std::unique_ptr<CloudSource>> sources = make_sources(make, scene, settings);
   if (!sources.empty())
     passes_->clouds = std::make_unique<Clouds>(make, tables_, std::move(sources), settings, view_distance_m(scene),
                                                scene_wind_m_per_s(scene));
+  if (scene.terrain)
+    passes_->terrain = std::make_unique<TerrainPass>(make, *scene.terrain, settings.width, settings.height);
 }
 
 Result<void> FramePasses::check(const Device& device, const RenderSettings& settings) {
@@ -119,12 +124,19 @@ void FramePasses::add(FrameBuilder& frame, const FrameConstants& constants, cons
   CompositeInputs composite{.frame_constants = &passes_->constants,
                             .host_distance = host.distance_m ? host.distance_m : &passes_->no_host,
                             .host_radiance = host.radiance ? host.radiance : &passes_->no_host};
+  const TerrainPass::HostImages drawn{*composite.host_distance, *composite.host_radiance, host.distance_m != nullptr};
+  if (passes_->terrain)
+    composite.host_distance = &passes_->terrain->add_distance(
+        frame, passes_->constants, view.camera_m + glm::dvec3(origin_m_, 0.0), view.camera_m, drawn);
   if (constants.atmosphere_enabled)
     composite.atmosphere =
         &passes_->atmosphere.add(frame, constants, passes_->constants,
                                  {.ground_albedo = constants.ground_enabled ? constants.ground_albedo : glm::vec3(0.0f),
                                   .aerial_perspective = passes_->clouds != nullptr || constants.host_scene});
   if (passes_->clouds) add_clouds(frame, constants, view, composite, slot);
+  if (passes_->terrain)
+    composite.host_radiance = &passes_->terrain->add_radiance(frame, passes_->constants, constants.sun_direction,
+                                                              composite.atmosphere, composite.cloud_shadow, drawn);
   passes_->composite.add(frame, composite, view.camera_m, hdr_, display_);
 }
 
@@ -161,7 +173,7 @@ void FramePasses::add_clouds(FrameBuilder& frame, const FrameConstants& constant
     composite.full_color = c.layer.color();
     composite.full_depth = c.layer.depth();
   }
-  if (constants.ground_enabled && constants.sun_direction.z > kSunGoneSine)
+  if ((constants.ground_enabled || passes_->terrain) && constants.sun_direction.z > kSunGoneSine)
     composite.cloud_shadow = &c.shadow.add(frame, passes_->constants, tiles);
   frame.read_back("read_counters", particles.counters, *c.counters_back[slot], sizeof(FrameCounters));
   frame.read_back("read_counters", particles.records, *c.records_back[slot], c.particles.records_bytes());

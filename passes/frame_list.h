@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,8 +26,8 @@ class FramePasses {
               const RenderSettings& settings);
   ~FramePasses();
 
-  // Appends all steps that this frame's scene needs and no earlier frame has done alike. host: empty unless
-  // constants.host_scene. slot: of the read-back buffers, below kFramesInFlight.
+  // Appends all steps that this frame's scene needs and no earlier frame has done alike. constants.host_scene: a host
+  // has drawn something, or the scene has terrain. slot: of the read-back buffers, below kFramesInFlight.
   void add(FrameBuilder& frame, const shared::FrameConstants& constants, const FrameView& view, const HostScene& host,
            std::uint32_t slot);
 
@@ -60,6 +61,7 @@ class FramePasses {
   const ShadingVolumes& volumes_;
   const Image& hdr_;
   const Image& display_;
+  glm::dvec2 origin_m_;  // Scene::world_origin_m
   std::unique_ptr<Passes> passes_;
 };
 

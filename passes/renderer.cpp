@@ -95,7 +95,7 @@ struct Renderer::Implementation {
   // word.
   FrameBuilder build(const CameraState& camera, double time_s, const HostScene& host) {
     check_host(host);
-    constants.host_scene = host.distance_m != nullptr;
+    constants.host_scene = host.distance_m != nullptr || scene.terrain.has_value();
     const FrameView view{from_origin(scene, camera.position_m), time_s};
     last_camera_m = camera.position_m;
     place_camera(camera, view);
@@ -199,6 +199,8 @@ Result<void> Renderer::set(const Scene& scene, const RenderSettings& settings) {
   for (const CloudSettings* field : cloud_fields(scene))
     if (field->weather_map)
       if (auto ok = check_weather_map(*field->weather_map); !ok) return ok;
+  if (scene.terrain)
+    if (auto ok = check_terrain(*scene.terrain); !ok) return ok;
   if (auto ok = check_phase(fixed_constants(scene, settings), scene.phase, r.sky.tables.parameters()); !ok) return ok;
   RenderSettings resolved = settings;
   resolved.backend =

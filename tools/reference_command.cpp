@@ -96,11 +96,19 @@ std::uint64_t state_key(const Scene& scene, const std::vector<shared::Particle>&
   key.add(scene.ground.enabled);
   key.add(scene.atmosphere.enabled);
   key.add(scene.phase.function);
+  if (scene.terrain) {
+    const Terrain& terrain = *scene.terrain;
+    for (const std::uint16_t texel : terrain.texels) key.add(texel);
+    for (const double value : {terrain.origin_m.x, terrain.origin_m.y, terrain.extent_m.x, terrain.extent_m.y,
+                               double{terrain.lowest_m}, double{terrain.highest_m}, static_cast<double>(terrain.width)})
+      key.add(value);
+  }
   return key.value();
 }
 
-float highest_m(const std::vector<shared::Particle>& particles, float camera_altitude_m) {
-  float highest = 0.0f;
+// No lower than least_m.
+float highest_m(const std::vector<shared::Particle>& particles, float camera_altitude_m, float least_m) {
+  float highest = least_m;
   for (const shared::Particle& p : particles)
     highest = std::max(highest, shared::altitude_m(p.center_m, camera_altitude_m) + p.radius_m.z);
   return highest;
@@ -179,7 +187,8 @@ Result<void> run_reference(const ReferenceOptions& options) {
   const auto altitude_m = static_cast<float>(scene->camera.position_m.z);
   std::optional<glm::vec3> uniform_sky;
   if (options.sky_radiance) uniform_sky = glm::vec3(static_cast<float>(*options.sky_radiance));
-  const truth::Surroundings surroundings(*scene, uniform_sky, highest_m(*particles, altitude_m));
+  const truth::Surroundings surroundings(
+      *scene, uniform_sky, highest_m(*particles, altitude_m, scene->terrain ? scene->terrain->highest_m : 0.0f));
   const truth::DensityLattice lattice(tables->parameters.particle_seed);
   const glm::vec3 camera_grid_m =
       shared::grid_place(shared::cloud_from_world(scene->camera.position_m - glm::dvec3(scene->world_origin_m, 0.0),

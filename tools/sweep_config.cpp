@@ -107,6 +107,8 @@ SweepPicture make_picture(JsonReader& reader, const NamedScene& scene, const jso
   picture.description = describe(picture, document);
   if (const auto& clouds = picture.scene.clouds; clouds && clouds->weather_map)  // the document only names its file
     picture.description["weather_map"] = hex64(fnv1a(std::as_bytes(std::span(clouds->weather_map->texels))));
+  if (const auto& terrain = picture.scene.terrain)  // likewise
+    picture.description["terrain"] = hex64(fnv1a(std::as_bytes(std::span(terrain->texels))));
   picture.key = hash_of(picture.description.dump());
   return picture;
 }

@@ -11,6 +11,7 @@
 #include "shared/haze_shadow_volume.h"
 #include "shared/tonemap.h"
 #include "shared/types.h"
+#include "shared/water.h"
 #include "sky/composite_tiles.glsl"
 #include "kit/cloud_shadow_lookup.glsl"
 
@@ -91,6 +92,14 @@ vec3 sky_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixe
   return radiance;
 }
 
+// Radiance of water at p_m, seen along a direction, per unit of the sun's irradiance. sun, sky: irradiance of the
+// ground.
+vec3 water_radiance(vec3 p_m, vec3 direction, float altitude_m, vec3 sun, vec3 sky) {
+  vec3 up = normalize(p_m + vec3(0.0, 0.0, kPlanetRadiusM + altitude_m));
+  return water_reflection(-dot(up, direction), dot(up, frame.sun_direction), -dot(direction, frame.sun_direction), sun,
+                          sky);
+}
+
 // What a ray at or below the horizon brings, per unit of the sun's irradiance.
 vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float pixel_rad, vec2 image_unit) {
   float mu = min(direction.z, horizon_mu);
@@ -101,16 +110,29 @@ vec3 ground_radiance(vec3 direction, float altitude_m, float horizon_mu, float p
     sunlit = cloud_shadow(cloud_shadow_map, frame.light_from_render, light_uv_scale(frame.view_distance_m), p_m);
   float sun_mu =
       cosine_along_ray(altitude_m, mu, distance_m, frame.sun_direction.z, dot(direction, frame.sun_direction));
-  // The pixel's longer side on the ground; finite at the horizon, where it ends.
-  float footprint_m =
-      max(distance_m * pixel_rad, 2.0 * (distance_m - ground_distance(altitude_m, mu - 0.5 * pixel_rad)));
+  // The pixel on the ground, finite at the horizon, where it ends.
+  float short_m = distance_m * pixel_rad;
+  float step_m = 2.0 * (distance_m - ground_distance(altitude_m, mu - 0.5 * pixel_rad));
+  float long_m = sqrt(short_m * short_m + step_m * step_m);
+  vec2 along = normalize(direction.xy + vec2(1.0e-7, 0.0));  // straight down any will do
   vec2 ground_m = grid_from_render(p_m, vec3(camera_ground_m, altitude_m)).xy;
-  vec3 albedo = clamp(frame.ground_albedo * ground_variation(ground_m, ground_origin_index, footprint_m), 0.0, 1.0);
-  if (!kAir) return albedo / kPi * max(0.0, sun_mu) * sun_visibility(0.0, sun_mu) * sunlit;
-  float direct = max(0.0, sun_mu) * mix(kCloudDiffuseTransmittance, 1.0, sunlit);
-  vec3 irradiance =
-      sun_transmittance(transmittance, 0.0, sun_mu) * direct + sky_irradiance_from_above(sky_irradiance, 0.0, sun_mu);
-  return albedo / kPi * irradiance * view_transmittance_lookup(view_transmittance, mu, horizon_mu, true) +
+  GroundCover cover = ground_cover(ground_m, ground_origin_index, along, long_m, short_m);
+  vec3 albedo = clamp(frame.ground_albedo * cover.albedo_factor, 0.0, 1.0);
+  vec3 beam = vec3(max(0.0, sun_mu));  // the sun's irradiance without clouds
+  vec3 sky = vec3(0.0);
+  if (kAir) {
+    beam *= sun_transmittance(transmittance, 0.0, sun_mu);
+    sky = sky_irradiance_from_above(sky_irradiance, 0.0, sun_mu);
+  } else {
+    beam *= sun_visibility(0.0, sun_mu);
+  }
+  float direct = kAir ? mix(kCloudDiffuseTransmittance, 1.0, sunlit) : sunlit;
+  vec3 radiance = albedo / kPi * (beam * direct + sky);
+  // In a loop, which ends where no pixel has water: on a CPU a branch costs as much not taken.
+  for (float water = cover.water; water > 0.0; water = 0.0)
+    radiance = mix(radiance, water_radiance(p_m, direction, altitude_m, beam * sunlit, sky), water);
+  if (!kAir) return radiance;
+  return radiance * view_transmittance_lookup(view_transmittance, mu, horizon_mu, true) +
          max(vec3(0.0), sky_view_lookup(sky_smooth, sky_aerosol, direction, frame.sun_direction, horizon_mu, true) -
                             haze_shadow_at(image_unit, distance_m));
 }

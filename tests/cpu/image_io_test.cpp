@@ -198,3 +198,20 @@ TEST_CASE("atomic file: what can't be written is said beforehand, and nothing is
   CHECK(check_writable(directory / "fresh"));
   CHECK(directory.entries() == std::vector<std::string>{"file", "pipe"});
 }
+
+TEST_CASE("image: grey PNGs keep their 16 bits, eight are spread over them, alpha is dropped") {
+  const test::TempDirectory directory;
+  test::write_file(directory / "deep.png", test::grey_png(3, 2, 16, {0, 1, 65535, 256, 40000, 12345}));
+  const Result<GreyImage> deep = read_grey_png(directory / "deep.png");
+  if (!deep) FAIL(deep.error().message);
+  CHECK(deep->width == 3);
+  CHECK(deep->height == 2);
+  CHECK(deep->data == std::vector<std::uint16_t>{0, 1, 65535, 256, 40000, 12345});
+  test::write_file(directory / "shallow.png", test::grey_png(2, 1, 8, {3, 254}));
+  const Result<GreyImage> shallow = read_grey_png(directory / "shallow.png");
+  if (!shallow) FAIL(shallow.error().message);
+  CHECK(shallow->data == std::vector<std::uint16_t>{3 * 257, 254 * 257});
+  ok(write_png(directory / "color.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3, 255}));
+  CHECK_FALSE(read_grey_png(directory / "color.png"));
+  CHECK_FALSE(read_grey_png(directory / "deep.png", 2));
+}

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <sstream>
 
@@ -285,10 +286,11 @@ TEST_CASE("scene: errors name file, key path, value and what is accepted") {
   CHECK(complaint(R"({"clouds": {"coverge": 1}})") ==
         "scene.json: unknown key clouds.coverge; accepted: seed, coverage, base_m, thickness_m, extinction_per_m, "
         "growth_period_s, wind_m_per_s, view_distance_m, weather_map");
-  CHECK(complaint(R"({"cloud": {}})") ==
-        "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, exposure_ev, "
-        "views, clouds, phase, "
-        "particles, sources");
+  CHECK(
+      complaint(R"({"cloud": {}})") ==
+      "scene.json: unknown key cloud; accepted: world_origin_m, camera, sun, atmosphere, ground, terrain, exposure_ev, "
+      "views, clouds, phase, "
+      "particles, sources");
   CHECK(complaint(R"({"camera": {"position_m": [0, 0]}})") ==
         "scene.json: camera.position_m is [0,0]; accepted: an array of 3 numbers");
   CHECK(complaint(R"({"camera": {"position_m": [0, 0, -1]}})") ==
@@ -448,4 +450,86 @@ TEST_CASE("scene: weather maps that no file made are checked") {
   CHECK(refused([](WeatherMap& m) { m.extent_m.x = 0.0; }));
   CHECK(refused([](WeatherMap& m) { m.extent_m.y = NAN; }));
   CHECK(refused([](WeatherMap& m) { m.origin_m.y = INFINITY; }));
+}
+
+TEST_CASE("scene: terrain is found beside the scene file; 8 bits are spread over 16") {
+  const test::TempDirectory directory;
+  test::write_file(directory / "heights.png", test::grey_png(3, 2, 8, {0, 1, 255, 128, 7, 9}));
+  test::write_file(directory / "scene.json",
+                   R"({"terrain": {"file": "heights.png", "origin_m": [-1e7, 2], "extent_m": [3000, 4e7],
+                       "lowest_m": 12.5, "highest_m": 9000}})");
+  const Result<Scene> scene = load_scene(directory / "scene.json");
+  REQUIRE(scene);
+  REQUIRE(scene->terrain);
+  const Terrain& terrain = *scene->terrain;
+  CHECK(terrain.file == (std::filesystem::canonical(directory.path()) / "heights.png").string());
+  CHECK(terrain.width == 3);
+  CHECK(terrain.height == 2);
+  CHECK(terrain.texels == std::vector<std::uint16_t>{0, 257, 65535, 128 * 257, 7 * 257, 9 * 257});
+  CHECK(terrain.origin_m == glm::dvec2(-1e7, 2));
+  CHECK(terrain.extent_m == glm::dvec2(3000, 4e7));
+  CHECK(terrain.lowest_m == 12.5f);
+  CHECK(terrain.highest_m == 9000.0f);
+  CHECK(check_terrain(terrain));
+  CHECK_FALSE(Scene{}.terrain);
+}
+
+TEST_CASE("scene: what is wrong with terrain is named on one line") {
+  const test::TempDirectory directory;
+  test::write_file(directory / "text.png", "not an image");
+  test::write_file(directory / "good.png", test::grey_png(2, 2, 16, {0, 1, 2, 3}));
+  test::write_file(directory / "flat.png", test::grey_png(2, 1, 8, {0, 1}));
+  REQUIRE(write_png(directory / "color.png", 2, 2, std::vector<std::uint8_t>(16)));
+  REQUIRE(write_png(directory / "wide.png", 2049, 1, std::vector<std::uint8_t>(2049 * 4)));
+  const auto complaint_about = [&](const std::string& terrain) {
+    const Result<Scene> scene = parse_scene(R"({"terrain": )" + terrain + "}", "scene.json", directory.path().string());
+    return scene ? "accepted" : scene.error().message;
+  };
+  const auto of_file = [&](const std::string& name) {
+    return complaint_about(R"({"file": ")" + name +
+                           R"(", "origin_m": [0, 0], "extent_m": [1000, 1000], "lowest_m": 0, "highest_m": 9})");
+  };
+  CHECK(of_file("good.png") == "accepted");
+  CHECK(of_file("none.png") ==
+        "scene.json: terrain.file: " + directory / "none.png" + ": can't be opened: No such file or directory");
+  CHECK(of_file("text.png").find("text.png: can't be read as a PNG image: ") != std::string::npos);
+  CHECK(of_file("color.png") == "scene.json: terrain.file: " + directory / "color.png" +
+                                    ": can't be read as a PNG image: it has colours; accepted: a grey image of 8 or "
+                                    "16 bits");
+  CHECK(of_file("wide.png").find("it is 2049 x 1; accepted: 1 to 2048 a side") != std::string::npos);
+  CHECK(of_file("flat.png") == "scene.json: terrain.file: " + directory / "flat.png" +
+                                   ": terrain is 2 x 1 texels; accepted: 2 to 2048 a side");
+  for (const char* key : {"file", "origin_m", "extent_m", "lowest_m", "highest_m"}) {
+    std::string text = R"({"file": "good.png", "origin_m": [0, 0], "extent_m": [1, 1], "lowest_m": 0, "highest_m": 9})";
+    text.replace(text.find(key), std::string(key).size(), "unused");
+    CHECK(complaint_about(text).find(concat("terrain.", key, " is missing")) != std::string::npos);
+  }
+  const auto of_altitudes = [&](const std::string& lowest, const std::string& highest) {
+    return complaint_about(R"({"file": "good.png", "origin_m": [0, 0], "extent_m": [9, 9], "lowest_m": )" + lowest +
+                           R"(, "highest_m": )" + highest + "}");
+  };
+  CHECK(of_altitudes("7", "7") == "accepted");
+  CHECK(of_altitudes("7", "6.5") == "scene.json: terrain.highest_m is 6.5; accepted: lowest_m or more");
+  CHECK(of_altitudes("-1", "6") == "scene.json: terrain.lowest_m is -1; accepted: a number from 0 to 9000");
+  CHECK(of_altitudes("0", "9001") == "scene.json: terrain.highest_m is 9001; accepted: a number from 0 to 9000");
+  CHECK(complaint_about("7") == "scene.json: terrain is 7; accepted: an object");
+}
+
+TEST_CASE("scene: terrain that no file made is checked") {
+  const Terrain good{.width = 2, .height = 2, .texels = {0, 1, 2, 3}, .extent_m = {100, 100}, .highest_m = 5.0f};
+  CHECK(check_terrain(good));
+  const auto refused = [&](auto change) {
+    Terrain bad = good;
+    change(bad);
+    const Result<void> checked = check_terrain(bad);
+    return !checked && checked.error().message.starts_with("terrain");
+  };
+  CHECK(refused([](Terrain& t) { t.texels.pop_back(); }));
+  CHECK(refused([](Terrain& t) { t.width = 1; }));
+  CHECK(refused([](Terrain& t) { t.height = 2049; }));
+  CHECK(refused([](Terrain& t) { t.extent_m.x = 0.0; }));
+  CHECK(refused([](Terrain& t) { t.origin_m.y = INFINITY; }));
+  CHECK(refused([](Terrain& t) { t.lowest_m = -1.0f; }));
+  CHECK(refused([](Terrain& t) { t.lowest_m = 6.0f; }));
+  CHECK(refused([](Terrain& t) { t.highest_m = NAN; }));
 }

@@ -7,6 +7,7 @@
 #include "engine/kernel.h"
 #include "nephele_shaders.h"
 #include "shared/field_constants.h"
+#include "shared/heightfield.h"
 #include "shared/light_lattice.h"
 #include "shared/listed_particles.h"
 #include "shared/types.h"
@@ -151,6 +152,16 @@ TEST_CASE("PlacedParticle") {
                 MEMBER(PlacedParticle, extinction_per_m), MEMBER(PlacedParticle, orientation),
                 MEMBER(PlacedParticle, flags), MEMBER(PlacedParticle, base_m), MEMBER(PlacedParticle, top_m),
                 MEMBER(PlacedParticle, radiance_per_sr), MEMBER(PlacedParticle, id)});
+}
+
+TEST_CASE("TerrainConstants") {
+  check_layout(
+      shaders::terrain_distance_comp, "TerrainConstants",
+      {MEMBER(TerrainConstants, camera), MEMBER(TerrainConstants, per_m), MEMBER(TerrainConstants, camera_ground_m),
+       MEMBER(TerrainConstants, ground_origin_index), MEMBER(TerrainConstants, vertices),
+       MEMBER(TerrainConstants, highest_m), MEMBER(TerrainConstants, levels),
+       MEMBER(TerrainConstants, camera_altitude_m), MEMBER(TerrainConstants, has_host),
+       MEMBER(TerrainConstants, shadow_stride), MEMBER(TerrainConstants, openness_stride)});
 }
 
 TEST_CASE("reflection tells bindings and their direction") {

@@ -31,6 +31,7 @@ inline void write_scene_files(const TempDirectory& directory) {
   set.particles.push_back({.center_m = {4, 5, 6}, .diagonal_m = {3, 2, 1}, .off_diagonal_m = {0.5f, 0, 0}});
   REQUIRE(save_particle_set(directory / "cloud.json", set));
   REQUIRE(write_png(directory / "map.png", 2, 1, std::vector<std::uint8_t>{128, 255, 0, 255, 7, 9, 0, 255}));
+  write_file(directory / "heights.png", grey_png(2, 2, 16, {0, 1000, 2000, 65535}));
 }
 
 // A value that the key accepts and that is not its default: `share` of the way through its range.
@@ -40,6 +41,8 @@ inline nlohmann::json value_within(const JsonKey& key, double share) {
     const double half_turn = share * 3.0;
     return {0.0, 0.0, std::sin(half_turn), std::cos(half_turn)};
   }
+  if (key.path == "terrain.lowest_m") share *= 0.5;  // below the highest
+  if (key.path == "terrain.highest_m") share = 0.5 + 0.5 * share;
   switch (key.kind) {
     case JsonKind::number:
       return between(key.ranges[0]);
@@ -57,7 +60,9 @@ inline nlohmann::json value_within(const JsonKey& key, double share) {
     case JsonKind::text:
       return "text of " + std::to_string(share);
     case JsonKind::file:
-      return key.path.ends_with("weather_map.file") ? "map.png" : "cloud.json";
+      return key.path.ends_with("weather_map.file") ? "map.png"
+             : key.path == "terrain.file"           ? "heights.png"
+                                                    : "cloud.json";
     case JsonKind::object:
       return nlohmann::json::object();
     case JsonKind::objects:

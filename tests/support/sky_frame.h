@@ -11,6 +11,7 @@
 #include "engine/camera.h"
 #include "passes/sky/atmosphere.h"
 #include "passes/sky/composite.h"
+#include "shared/air.h"
 #include "shared/light.h"
 #include "shared/types.h"
 #include "shared/world.h"

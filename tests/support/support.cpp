@@ -67,6 +67,44 @@ void write_file(const std::string& path, const std::string& text) {
   REQUIRE_MESSAGE(file.good(), path);
 }
 
+std::string grey_png(std::uint32_t width, std::uint32_t height, int bits, const std::vector<std::uint16_t>& samples) {
+  const auto big = [](std::uint32_t value) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255u);
+    return bytes;
+  };
+  const auto chunk = [&](const std::string& name, const std::string& data) {
+    std::uint32_t crc = 0xffffffffu;
+    for (const char c : name + data) {
+      crc ^= static_cast<unsigned char>(c);
+      for (int k = 0; k < 8; ++k) crc = crc >> 1 ^ ((crc & 1u) != 0 ? 0xedb88320u : 0u);
+    }
+    return big(static_cast<std::uint32_t>(data.size())) + name + data + big(~crc);
+  };
+  std::string rows;
+  for (std::uint32_t y = 0; y < height; ++y) {
+    rows += '\0';  // no filter
+    for (std::uint32_t x = 0; x < width; ++x) {
+      const std::uint16_t sample = samples.at(std::size_t{y} * width + x);
+      if (bits == 16) rows += static_cast<char>(sample >> 8);
+      rows += static_cast<char>(sample & 255u);
+    }
+  }
+  std::uint32_t low = 1, high = 0;  // Adler-32
+  for (const char c : rows) {
+    low = (low + static_cast<unsigned char>(c)) % 65521u;
+    high = (high + low) % 65521u;
+  }
+  const auto length = static_cast<std::uint16_t>(rows.size());
+  std::string packed("\x78\x01\x01", 3);  // zlib, then one stored block, the last
+  for (const int value : {length & 255, length >> 8, ~length & 255, ~length >> 8 & 255})
+    packed += static_cast<char>(value);
+  packed += rows + big(high << 16 | low);
+  return std::string("\x89PNG\r\n\x1a\n", 8) +
+         chunk("IHDR", big(width) + big(height) + static_cast<char>(bits) + std::string(4, '\0')) +
+         chunk("IDAT", packed) + chunk("IEND", "");
+}
+
 ProgramResult run_program(const std::vector<std::string>& arguments,
                           const std::map<std::string, std::string>& environment) {
   const TempDirectory directory;

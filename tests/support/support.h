@@ -1,6 +1,7 @@
 // What tests share: the device (test_device.h), a directory to write in, and the program as a user runs it.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -29,6 +30,9 @@ class TempDirectory {
 
 std::string read_file(const std::string& path);
 void write_file(const std::string& path, const std::string& text);
+
+// A grey PNG's bytes, of 8 or 16 bits a sample, rows from the top; written by the standard alone (stored, not packed).
+std::string grey_png(std::uint32_t width, std::uint32_t height, int bits, const std::vector<std::uint16_t>& samples);
 
 struct ProgramResult {
   int status = -1;  // exit status; 128 + signal when killed

@@ -148,6 +148,11 @@ TEST_CASE("bad input: scene and path files") {
                {scene, "clouds.weather_map.file", directory / "no.png", "can't be opened"});
   refuse_scene(R"({"clouds": {"weather_map": {"file": "scene.json", "origin_m": [0, 0], "extent_m": [1, 1]}}})",
                {"clouds.weather_map.file", "can't be read as a PNG image"});
+  refuse_scene(R"({"terrain": {"file": "scene.json", "origin_m": [0, 0], "extent_m": [1, 1], "lowest_m": 0,
+                   "highest_m": 1}})",
+               {"terrain.file", "can't be read as a PNG image"});
+  refuse_scene(R"({"terrain": {"file": "no.png", "origin_m": [0, 0], "extent_m": [1, 1], "lowest_m": 0}})",
+               {scene, "terrain.highest_m", "is missing"});
   refuse_scene("{\"sun\": 1, \"sun\": 2}", {scene, "sun", "twice"});
   refuse_scene(std::string("{\"particles\": []}\0{\"garbage", 27), {scene, "not valid JSON", "byte 18 is NUL"});
   // Deep nesting, in every JSON file that a user hands over.

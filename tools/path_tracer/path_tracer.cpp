@@ -1,6 +1,7 @@
 #include "tools/path_tracer/path_tracer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace nephele::truth {
@@ -26,9 +27,17 @@ struct PathTracer::Path {
   bool from_ground = false;  // the last event
 };
 
+// Past the terrain, to a random place of the sun's disc. Without terrain no random number is used up.
+bool PathTracer::sun_in_sight(const vec3& p_m, Random& random) const {
+  if (!surroundings_.has_terrain()) return true;
+  const float r = std::sqrt(random()), angle = 2 * std::numbers::pi_v<float> * random();
+  return surroundings_.sun_in_sight(p_m, {r * std::cos(angle), r * std::sin(angle)});
+}
+
 // Sunlight at p per unit of phase function, in the mean over `effort` of all calls.
 vec3 PathTracer::sunlight(const vec3& p_m, float effort, Random& random) const {
   if (random() >= effort) return vec3(0.0f);
+  if (!sun_in_sight(p_m, random)) return vec3(0.0f);
   const float left = field_.transmittance(p_m, surroundings_.sun_direction(), kNever, random);
   return left > 0.0f ? surroundings_.sun_irradiance(p_m) * (left / effort) : vec3(0.0f);
 }
@@ -78,7 +87,9 @@ bool PathTracer::scatter_in_cloud(Path& path, Random& random) const {
 
 void PathTracer::reflect_from_ground(Path& path, const vec3& albedo, Random& random) const {
   const vec3 normal = surroundings_.ground_normal(path.p_m), sun = surroundings_.sun_direction();
-  if (const float cosine = glm::dot(normal, sun); cosine > 0 && surroundings_.sun_shines())
+  path.p_m = surroundings_.off_ground(path.p_m);
+  if (const float cosine = glm::dot(normal, sun);
+      cosine > 0 && surroundings_.sun_shines() && sun_in_sight(path.p_m, random))
     path.light += path.weight * albedo * surroundings_.sun_irradiance(path.p_m) *
                   (cosine * std::numbers::inv_pi_v<float> * field_.transmittance(path.p_m, sun, kNever, random));
   path.weight *= albedo;
@@ -90,7 +101,8 @@ void PathTracer::reflect_from_ground(Path& path, const vec3& albedo, Random& ran
 // From the last event, whose light has been counted, to the path's end.
 vec3 PathTracer::follow(Path path, Random& random) const {
   for (;;) {
-    const float ground_m = path.from_ground ? kNever : surroundings_.ground_m(path.p_m, path.direction);
+    const float ground_m =
+        path.from_ground && !surroundings_.has_terrain() ? kNever : surroundings_.ground_m(path.p_m, path.direction);
     const float cloud_m = field_.collide(path.p_m, path.direction, ground_m, random);
     const vec3 start_m = path.p_m;
     if (cloud_m < kNever) {
@@ -102,10 +114,10 @@ vec3 PathTracer::follow(Path path, Random& random) const {
       }
       if (!scatter_in_cloud(path, random)) return path.light;
     } else if (ground_m < kNever) {
-      const Air air = surroundings_.air_to_ground(path.p_m, path.direction);
+      const Air air = surroundings_.air_to_ground(path.p_m, path.direction, ground_m);
       path.light += path.weight * air.light;
       path.p_m += ground_m * path.direction;
-      vec3 albedo = surroundings_.ground_albedo() * air.transmittance;
+      vec3 albedo = surroundings_.ground_albedo(path.p_m) * air.transmittance;
       const float most = std::max({albedo.r, albedo.g, albedo.b});
       if (random() >= most) return path.light;
       reflect_from_ground(path, albedo / most, random);
@@ -140,7 +152,7 @@ PathSample PathTracer::camera_ray(const vec3& direction, float pixel_rad, Random
     const Air air = surroundings_.air_from_camera(direction, cloud_m);
     sample.radiance = air.light + air.transmittance * sample.cloud;
   } else if (ground_m < kNever) {
-    const Air air = surroundings_.air_to_ground(eye, direction);
+    const Air air = surroundings_.air_to_ground(eye, direction, ground_m);
     const vec3 albedo = surroundings_.seen_ground_albedo(direction, ground_m, pixel_rad);
     sample.radiance = air.light + air.transmittance * from_ground(ground_m * direction, albedo, random);
   } else {

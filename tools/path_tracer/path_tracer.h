@@ -41,6 +41,7 @@ class PathTracer {
   glm::vec3 follow(Path path, Random& random) const;
   bool scatter_in_cloud(Path& path, Random& random) const;
   glm::vec3 look_sunward(const Path& path, Random& random) const;
+  bool sun_in_sight(const glm::vec3& p_m, Random& random) const;
   glm::vec3 sunlight(const glm::vec3& p_m, float effort, Random& random) const;
   float sun_effort(float phase, const glm::vec3& p_m) const;  // how often to look: always where it is bright
   void reflect_from_ground(Path& path, const glm::vec3& albedo, Random& random) const;

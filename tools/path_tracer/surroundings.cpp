@@ -8,7 +8,11 @@
 #include "engine/parallel.h"
 #include "shared/atmosphere_tables.h"
 #include "shared/ground.h"
+#include "shared/heightfield.h"
+#include "shared/water.h"
 #include "shared/world.h"
+#include "tools/path_tracer/directions.h"
+#include "tools/path_tracer/terrain_surface.h"
 
 namespace nephele::truth {
 
@@ -19,7 +23,9 @@ using shared::Table3D;
 
 namespace {
 
-constexpr int kSkyAltitudes = 6;  // from the ground to the top of the clouds, closest at the ground
+constexpr int kSkyAltitudes = 6;          // from the ground to the top of the clouds, closest at the ground
+constexpr float kOffGroundM = 0.05f;      // floats keep a centimetre in 100 km
+constexpr float kFarFootprintM = 300.0f;  // of land that is seen by other land
 constexpr float kNoGround = std::numeric_limits<float>::infinity();
 
 // A table that owns its texels.
@@ -138,6 +144,7 @@ Surroundings::Surroundings(const Scene& scene, std::optional<vec3> uniform_sky, 
       uniform_sky_(uniform_sky),
       camera_world_m_(scene.camera.position_m - glm::dvec3(scene.world_origin_m, 0.0)),
       camera_altitude_m_(static_cast<float>(scene.camera.position_m.z)) {
+  if (scene.terrain) terrain_ = std::make_unique<TerrainSurface>(*scene.terrain, scene.camera.position_m);
   if (scene.atmosphere.enabled && !uniform_sky)
     air_ = std::make_unique<AirTables>(ground_enabled_ ? ground_albedo_ : vec3(0.0f),
                                        std::max(0.0f, camera_altitude_m_), top_m, sun_direction_.z);
@@ -147,12 +154,44 @@ Surroundings::~Surroundings() = default;
 
 float Surroundings::altitude_m(const vec3& p_m) const { return shared::altitude_m(p_m, camera_altitude_m_); }
 
-vec3 Surroundings::ground_normal(const vec3& p_m) const {
+vec3 Surroundings::vertical(const vec3& p_m) const {
   return vec3(glm::normalize(glm::dvec3(p_m) + glm::dvec3(0, 0, double{shared::kPlanetRadiusM} + camera_altitude_m_)));
 }
 
+bool Surroundings::on_terrain(const vec3& p_m) const { return terrain_ && terrain_->covers(p_m); }
+
+vec3 Surroundings::ground_normal(const vec3& p_m) const {
+  return on_terrain(p_m) ? vec3(terrain_->land(p_m).normal) : vertical(p_m);
+}
+
+vec3 Surroundings::off_ground(const vec3& p_m) const {
+  return has_terrain() ? p_m + kOffGroundM * ground_normal(p_m) : p_m;
+}
+
+bool Surroundings::sun_in_sight(const vec3& p_m, const vec2& across) const {
+  if (!terrain_) return true;
+  const vec3 aside = about(sun_direction_, across.x * shared::kSunRadiusRad, across.y * shared::kSunRadiusRad, 1.0f);
+  return std::isinf(terrain_->hit_m(p_m, glm::normalize(glm::dvec3(aside))));
+}
+
+vec3 Surroundings::land_albedo(const vec3& p_m, float footprint_m) const {
+  const TerrainSurface::Land land = terrain_->land(p_m);
+  const shared::GridPlace place = shared::grid_place(camera_world_m_);
+  const vec2 ground_m = vec2(glm::dvec2(place.grid_m) + land.from_camera_m);
+  const shared::GroundCover cover =
+      shared::ground_cover(ground_m, place.origin_index, vec2(1.0f, 0.0f), footprint_m, footprint_m);
+  const auto altitude = static_cast<float>(std::max(land.altitude_m, 0.0)), slope = static_cast<float>(land.slope);
+  const vec3 dry = shared::terrain_albedo(glm::clamp(ground_albedo_ * cover.albedo_factor, 0.0f, 1.0f), altitude, slope,
+                                          shared::relief_noise(ground_m, place.origin_index, footprint_m));
+  return glm::mix(dry, shared::water_albedo(), cover.water * shared::terrain_water_share(altitude, slope * slope));
+}
+
+vec3 Surroundings::ground_albedo(const vec3& p_m) const {
+  return on_terrain(p_m) ? land_albedo(p_m, kFarFootprintM) : ground_albedo_;
+}
+
 float Surroundings::cos_zenith(const vec3& p_m, const vec3& direction) const {
-  return p_m == vec3(0.0f) ? direction.z : glm::dot(ground_normal(p_m), direction);
+  return p_m == vec3(0.0f) ? direction.z : glm::dot(vertical(p_m), direction);
 }
 
 // The direction as seen from under p's zenith; its azimuth hardly changes within the view distance.
@@ -171,19 +210,29 @@ vec3 Surroundings::sun_irradiance(const vec3& p_m) const {
 }
 
 float Surroundings::ground_m(const vec3& p_m, const vec3& direction) const {
-  if (!ground_enabled_) return kNoGround;
+  const auto terrain_m = static_cast<float>(terrain_ ? terrain_->hit_m(p_m, glm::normalize(glm::dvec3(direction)))
+                                                     : std::numeric_limits<double>::infinity());
+  if (!ground_enabled_) return terrain_m;
   const float altitude = std::max(0.0f, altitude_m(p_m)), mu = cos_zenith(p_m, direction);
-  return mu < shared::horizon_cosine(altitude) ? shared::ground_distance(altitude, mu) : kNoGround;
+  return std::min(terrain_m, mu < shared::horizon_cosine(altitude) ? shared::ground_distance(altitude, mu) : kNoGround);
 }
 
+// Water is a Lambert surface here, as dark as what comes back from below its surface: it mirrors neither sky nor sun,
+// which composite.comp has it do.
 vec3 Surroundings::seen_ground_albedo(const vec3& direction, float distance_m, float pixel_rad) const {
+  if (const vec3 p_m = direction * distance_m; on_terrain(p_m)) {
+    const float facing = std::max(0.02f, -glm::dot(ground_normal(p_m), direction));
+    return land_albedo(p_m, distance_m * pixel_rad / facing);
+  }
   const float altitude = std::max(0.0f, camera_altitude_m_);
-  const float nearer_m = shared::ground_distance(altitude, direction.z - 0.5f * pixel_rad);
-  const float footprint_m = std::max(distance_m * pixel_rad, 2.0f * (distance_m - nearer_m));
+  const float short_m = distance_m * pixel_rad;
+  const float step_m = 2.0f * (distance_m - shared::ground_distance(altitude, direction.z - 0.5f * pixel_rad));
   const shared::GridPlace place = shared::grid_place(camera_world_m_);
   const vec3 ground = shared::grid_from_render(direction * distance_m, vec3(place.grid_m.x, place.grid_m.y, altitude));
-  const vec3 variation = shared::ground_variation(vec2(ground.x, ground.y), place.origin_index, footprint_m);
-  return glm::clamp(ground_albedo_ * variation, 0.0f, 1.0f);
+  const vec2 along = glm::normalize(vec2(direction) + vec2(1e-7f, 0.0f));
+  const shared::GroundCover cover =
+      shared::ground_cover(vec2(ground), place.origin_index, along, std::hypot(short_m, step_m), short_m);
+  return glm::clamp(glm::mix(ground_albedo_ * cover.albedo_factor, shared::water_albedo(), cover.water), 0.0f, 1.0f);
 }
 
 vec3 Surroundings::sky(const vec3& p_m, const vec3& direction) const {
@@ -200,18 +249,42 @@ vec3 Surroundings::sky(const vec3& p_m, const vec3& direction) const {
   return sun_irradiance_ * air_->ray(altitude, seen, sun_direction_, false).light;
 }
 
-Air Surroundings::air_to_ground(const vec3& p_m, const vec3& direction) const {
-  if (!air_) return {};
-  Air air = air_->ray(std::max(0.0f, altitude_m(p_m)), local(p_m, direction), sun_direction_, true);
+Air Surroundings::whole_ray(const vec3& p_m, const vec3& direction) const {
+  const float altitude = std::max(0.0f, altitude_m(p_m));
+  const vec3 seen = local(p_m, direction);
+  Air air = air_->ray(altitude, seen, sun_direction_, seen.z < shared::horizon_cosine(altitude));
   air.light *= sun_irradiance_;
+  return air;
+}
+
+vec3 Surroundings::transmittance_between(const vec3& low_m, const vec3& high_m, const vec3& up) const {
+  const vec3 whole = shared::transmittance_to_top(air_->to_top.view, std::max(0.0f, altitude_m(low_m)),
+                                                  std::max(0.0f, cos_zenith(low_m, up)));
+  const vec3 rest = shared::transmittance_to_top(air_->to_top.view, std::max(0.0f, altitude_m(high_m)),
+                                                 std::max(0.0f, cos_zenith(high_m, up)));
+  return glm::min(whole / glm::max(rest, 1e-6f), 1.0f);
+}
+
+Air Surroundings::air_to_ground(const vec3& p_m, const vec3& direction, float distance_m) const {
+  if (!air_) return {};
+  const vec3 end_m = p_m + distance_m * direction;
+  if (!on_terrain(end_m)) return whole_ray(p_m, direction);
+  if (p_m == vec3(0.0f)) return air_from_camera(direction, distance_m);
+  const bool rises = cos_zenith(p_m, direction) > 0.0f;
+  Air air;
+  air.transmittance =
+      rises ? transmittance_between(p_m, end_m, direction) : transmittance_between(end_m, p_m, -direction);
+  const Air whole = whole_ray(p_m, direction);
+  air.light = whole.light * (1.0f - air.transmittance) / glm::max(1.0f - whole.transmittance, 1e-3f);
   return air;
 }
 
 Air Surroundings::air_from_ground(const vec3& ground_m, const vec3& p_m, const vec3& direction) const {
   if (!air_) return {};
   const float altitude = std::max(0.0f, altitude_m(p_m));
+  const float ground_altitude = on_terrain(ground_m) ? std::max(0.0f, altitude_m(ground_m)) : 0.0f;
   const vec3 whole =
-      shared::transmittance_to_top(air_->to_top.view, 0.0f, std::max(0.0f, cos_zenith(ground_m, direction)));
+      shared::transmittance_to_top(air_->to_top.view, ground_altitude, std::max(0.0f, cos_zenith(ground_m, direction)));
   const vec3 rest = shared::transmittance_to_top(air_->to_top.view, altitude, cos_zenith(p_m, direction));
   Air air;
   air.transmittance = glm::min(whole / glm::max(rest, 1e-6f), 1.0f);
