@@ -44,7 +44,19 @@ bool has_validation_layer() {
                      [](const auto& l) { return std::strcmp(l.layerName, kValidationLayer) == 0; });
 }
 
-Result<VkInstance> create_instance(bool validation) {
+std::vector<const char*> c_strings(const std::vector<std::string>& texts) {
+  std::vector<const char*> pointers;
+  for (const std::string& text : texts) pointers.push_back(text.c_str());
+  return pointers;
+}
+
+std::string join(const std::vector<std::string>& names) {
+  std::string joined;
+  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+Result<VkInstance> create_instance(bool validation, std::vector<std::string> extensions = {}) {
   if (validation && !has_validation_layer())
     return Error{
         "validation was asked for (NEPHELE_VALIDATION=1), but the layer VK_LAYER_KHRONOS_validation is not installed"};
@@ -60,29 +72,31 @@ Result<VkInstance> create_instance(bool validation) {
   features.pEnabledValidationFeatures = enabled;
   features.pNext = &messenger;
   const char* layers[] = {kValidationLayer};
-  const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
   if (validation) {
+    extensions.emplace_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     info.enabledLayerCount = 1;
     info.ppEnabledLayerNames = layers;
-    info.enabledExtensionCount = 1;
-    info.ppEnabledExtensionNames = extensions;
     info.pNext = &features;
   }
+  const std::vector<const char*> names = c_strings(extensions);
+  info.enabledExtensionCount = static_cast<std::uint32_t>(names.size());
+  info.ppEnabledExtensionNames = names.data();
   VkInstance instance = VK_NULL_HANDLE;
   const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+  if (result == VK_ERROR_EXTENSION_NOT_PRESENT)
+    return Error{concat("Vulkan lacks one of the instance extensions ", join(extensions))};
   if (result != VK_SUCCESS)
     return Error{concat("no Vulkan 1.3 driver could be loaded (VkResult ", static_cast<int>(result),
                         "); Debian's package mesa-vulkan-drivers provides one that needs no GPU")};
   return instance;
 }
 
-bool has_extension(VkPhysicalDevice physical, const char* name) {
+bool has_extension(VkPhysicalDevice physical, const std::string& name) {
   std::uint32_t count = 0;
   vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr);
   std::vector<VkExtensionProperties> extensions(count);
   vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, extensions.data());
-  return std::any_of(extensions.begin(), extensions.end(),
-                     [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
+  return std::any_of(extensions.begin(), extensions.end(), [&](const auto& e) { return name == e.extensionName; });
 }
 
 constexpr std::uint32_t kNoQueue = ~0u;
@@ -206,7 +220,7 @@ Result<std::vector<DeviceInfo>> Device::list() {
 Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
   const Result<TuningKind> tuning = parse_tuning_kind(options.tuning);
   if (!tuning) return tuning.error();
-  Result<VkInstance> instance = create_instance(options.validation);
+  Result<VkInstance> instance = create_instance(options.validation, options.instance_extensions);
   if (!instance) return instance.error();
   const std::vector<VkPhysicalDevice> devices = physical_devices(*instance);
   const std::vector<DeviceInfo> infos = query_all(devices);
@@ -215,6 +229,11 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
     vkDestroyInstance(*instance, nullptr);
     return chosen.error();
   }
+  for (const std::string& extension : options.device_extensions)
+    if (!has_extension(devices[*chosen], extension)) {
+      vkDestroyInstance(*instance, nullptr);
+      return Error{concat("device '", infos[*chosen].name, "' lacks ", extension)};
+    }
 
   std::unique_ptr<Device> device(new Device);
   device->owned_ = true;
@@ -238,10 +257,10 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
   features.core.features.pipelineStatisticsQuery = device->info_.fragment_count_query;
   features.interlock.fragmentShaderPixelInterlock = VK_TRUE;
   features.ordered.rasterizationOrderColorAttachmentAccess = VK_TRUE;
-  std::vector<const char*> extensions;
-  if (device->info_.fragment_shader_interlock) extensions.push_back(VK_EXT_FRAGMENT_SHADER_INTERLOCK_EXTENSION_NAME);
+  std::vector<std::string> extensions = options.device_extensions;
+  if (device->info_.fragment_shader_interlock) extensions.emplace_back(VK_EXT_FRAGMENT_SHADER_INTERLOCK_EXTENSION_NAME);
   if (device->info_.ordered_attachment_access)
-    extensions.push_back(VK_EXT_RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXTENSION_NAME);
+    extensions.emplace_back(VK_EXT_RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXTENSION_NAME);
 
   const float priority = 1.0f;
   VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
@@ -252,8 +271,9 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
   create.pNext = &features.core;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
-  create.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
-  create.ppEnabledExtensionNames = extensions.data();
+  const std::vector<const char*> names = c_strings(extensions);
+  create.enabledExtensionCount = static_cast<std::uint32_t>(names.size());
+  create.ppEnabledExtensionNames = names.data();
   NEPHELE_VK(vkCreateDevice(device->physical_, &create, nullptr, &device->device_));
   vkGetDeviceQueue(device->device_, device->queue_family_, 0, &device->queue_);
   device->create_common();
@@ -282,6 +302,8 @@ void Device::create_common() {
   pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
   pool.queueFamilyIndex = queue_family_;
   NEPHELE_VK(vkCreateCommandPool(device_, &pool, nullptr, &once_pool_));
+  const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
+  NEPHELE_VK(vkCreateFence(device_, &fence, nullptr, &once_fence_));
 
   const auto make_sampler = [&](VkFilter filter, VkSamplerAddressMode address) {
     VkSamplerCreateInfo info{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
@@ -298,6 +320,7 @@ void Device::create_common() {
 
 Device::~Device() {
   for (VkSampler sampler : {linear_clamp_, linear_repeat_, nearest_clamp_}) vkDestroySampler(device_, sampler, nullptr);
+  vkDestroyFence(device_, once_fence_, nullptr);
   vkDestroyCommandPool(device_, once_pool_, nullptr);
   if (!owned_) return;
   vkDestroyDevice(device_, nullptr);
@@ -343,9 +366,15 @@ void Device::end_once(VkCommandBuffer commands) {
   VkSubmitInfo2 submit{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
   submit.commandBufferInfoCount = 1;
   submit.pCommandBufferInfos = &command_info;
-  NEPHELE_VK(vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE));
-  NEPHELE_VK(vkQueueWaitIdle(queue_));
+  this->submit(submit, once_fence_);
+  NEPHELE_VK(vkWaitForFences(device_, 1, &once_fence_, VK_TRUE, UINT64_MAX));
+  NEPHELE_VK(vkResetFences(device_, 1, &once_fence_));
   vkFreeCommandBuffers(device_, once_pool_, 1, &commands);
+}
+
+void Device::submit(const VkSubmitInfo2& submit, VkFence fence) {
+  const std::lock_guard lock(queue_mutex_);
+  NEPHELE_VK(vkQueueSubmit2(queue_, 1, &submit, fence));
 }
 
 void Device::set_name(VkObjectType type, std::uint64_t handle, const std::string& name) const {

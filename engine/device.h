@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ struct DeviceOptions {
   std::string name_or_index;  // empty: the first discrete GPU, else the first usable device
   bool validation = false;    // Khronos validation with synchronisation validation; messages are counted
   std::string tuning;         // auto (or empty), cpu, gpu: see tuning.h
+  // Further ones that a host enables for itself, to present for example. One that is missing is an error.
+  std::vector<std::string> instance_extensions, device_extensions;
   // Reads NEPHELE_VALIDATION (1 = on) and, where no tuning is given, NEPHELE_TUNING.
   static DeviceOptions from_environment(std::string name_or_index = {}, std::string tuning = {});
 };
@@ -71,6 +74,7 @@ class Device {
   // The most elements of that many bytes that fit a buffer which shaders read, as storage or (a multiple of 16 bytes as
   // texels of four words, others as words) in the tuning's way.
   VkDeviceSize max_elements(VkDeviceSize element_bytes) const;
+  VkInstance instance() const { return instance_; }
   VkDevice vk() const { return device_; }
   VkPhysicalDevice physical() const { return physical_; }
   VkQueue queue() const { return queue_; }
@@ -78,6 +82,11 @@ class Device {
   VkSampler linear_clamp() const { return linear_clamp_; }
   VkSampler linear_repeat() const { return linear_repeat_; }
   VkSampler nearest_clamp() const { return nearest_clamp_; }
+
+  // The queue takes one thread at a time. All of Nephele's own submissions hold this mutex; a host that uses the queue
+  // of a device made here, while another of its threads is in Nephele, holds it too.
+  std::mutex& queue_mutex() { return queue_mutex_; }
+  void submit(const VkSubmitInfo2& submit, VkFence fence);
 
   std::uint32_t memory_type(std::uint32_t type_bits, VkMemoryPropertyFlags wanted) const;
 
@@ -121,7 +130,9 @@ class Device {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   std::uint32_t queue_family_ = 0;
+  std::mutex queue_mutex_;
   VkCommandPool once_pool_ = VK_NULL_HANDLE;
+  VkFence once_fence_ = VK_NULL_HANDLE;
   VkSampler linear_clamp_ = VK_NULL_HANDLE, linear_repeat_ = VK_NULL_HANDLE, nearest_clamp_ = VK_NULL_HANDLE;
   PFN_vkSetDebugUtilsObjectNameEXT set_object_name_ = nullptr;
   VkDeviceSize allocated_bytes_ = 0;

@@ -341,7 +341,7 @@ void FrameExecutor::run(const FrameBuilder& frame) {
   VkSubmitInfo2 submit{VK_STRUCTURE_TYPE_SUBMIT_INFO_2};
   submit.commandBufferInfoCount = 1;
   submit.pCommandBufferInfos = &command_info;
-  NEPHELE_VK(vkQueueSubmit2(device_.queue(), 1, &submit, fence_));
+  device_.submit(submit, fence_);
   NEPHELE_VK(vkWaitForFences(device_.vk(), 1, &fence_, VK_TRUE, UINT64_MAX));
   NEPHELE_VK(vkResetFences(device_.vk(), 1, &fence_));
 }

@@ -20,6 +20,8 @@ Command add_probe_command(CLI::App& program);
 Command add_reference_command(CLI::App& program);
 Command add_compare_command(CLI::App& program);
 Command add_sweep_command(CLI::App& program);
+// With NEPHELE_VIEWER.
+Command add_fly_command(CLI::App& program);
 Command add_devices_command(CLI::App& program);
 
 }  // namespace nephele::tools

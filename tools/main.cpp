@@ -31,6 +31,9 @@ int run(int argc, char** argv) {
       nephele::tools::add_render_command(program),  nephele::tools::add_bake_command(program),
       nephele::tools::add_probe_command(program),   nephele::tools::add_reference_command(program),
       nephele::tools::add_compare_command(program), nephele::tools::add_sweep_command(program),
+#ifdef NEPHELE_VIEWER
+      nephele::tools::add_fly_command(program),
+#endif
       nephele::tools::add_devices_command(program),
   };
   try {

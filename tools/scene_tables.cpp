@@ -12,12 +12,14 @@ TableParameters with_phase(TableParameters parameters, const Scene& scene) {
 }
 
 Result<Tables> tables_for_scene(const Scene& scene, const std::string& directory, bool quiet) {
+  Progress bar(quiet);
+  return tables_for_scene(scene, directory,
+                          [&](const std::string& stage, double fraction) { bar.show(stage, fraction); });
+}
+
+Result<Tables> tables_for_scene(const Scene& scene, const std::string& directory, const ProgressCallback& progress) {
   const TableParameters wanted = with_phase({}, scene);
-  if (directory.empty()) {
-    Progress progress(quiet);
-    return load_or_bake(wanted, default_cache_dir(),
-                        [&](const std::string& stage, double fraction) { progress.show(stage, fraction); });
-  }
+  if (directory.empty()) return load_or_bake(wanted, default_cache_dir(), progress);
   Result<Tables> tables = load_tables(directory);
   if (!tables) return tables;
   const TableParameters& made = tables->parameters;

@@ -12,6 +12,7 @@ packages=(
   libglm-dev libeigen3-dev           # vectors; linear algebra of the bake
   libcli11-dev nlohmann-json3-dev    # command line, scene files
   libopenexr-dev libstb-dev          # EXR and PNG images
+  libglfw3-dev libimgui-dev          # the window of nephele fly
   doctest-dev vulkan-validationlayers  # tests
   clang-format                       # the check of the code's format
   "$@"

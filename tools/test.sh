@@ -11,7 +11,7 @@ if [[ ${1:-} == --preset ]]; then
   shift 2
 fi
 
-tools/setup.sh
+tools/setup.sh xvfb xdotool  # a screen and keys for the tests of nephele fly
 tools/check_format.sh
 cmake --preset "$preset"
 cmake --build --preset "$preset"

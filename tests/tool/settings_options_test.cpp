@@ -49,7 +49,7 @@ json as_json(const Setting& setting, const std::string& text) {
 }  // namespace
 
 TEST_CASE("settings: --help of each command that renders lists every setting") {
-  for (const char* command : {"render", "reference", "sweep"}) {
+  for (const char* command : {"render", "reference", "sweep", "fly"}) {
     // The help of one option may be broken into lines.
     std::string help = run_program({command, "--help"}).out;
     help.erase(std::unique(help.begin(), help.end(), [](char a, char b) { return std::isspace(a) && std::isspace(b); }),
