@@ -116,7 +116,7 @@ vec3 shaded(vec3 direction, float distance, float pixel_rad) {
   float water = 0.0;
   const uint lowlands = altitude_m < kCountryTopM ? 1u : 0u;
   for (uint i = 0u; i < lowlands; ++i) {
-    const GroundCover cover = ground_cover(ground_m, view.ground_origin_index, normalize(azimuth + vec2(1.0e-7, 0.0)),
+    const GroundCover cover = ground_cover(ground_m, view.ground_origin_index, azimuth,
                                            sqrt(width_m * width_m + length_m * length_m), width_m);
     country *= cover.albedo_factor;
     water = cover.water * terrain_water_share(altitude_m, slopes.z);

@@ -124,7 +124,7 @@ TEST_CASE("viewer: the command line names what differs from render's own setting
                                    [](const Setting& s) { return std::string(s.key) == "quality"; }),
                      "low"));
   viewer.step({}, 0.125);
-  const std::string line = viewer.command_line("a b.json");
+  const std::string line = viewer.command_line("a b.json", viewer.time_s());
   CHECK(line.find("nephele render --scene 'a b.json' --time 0.125") == 0);
   CHECK(line.find(" --quality low") != std::string::npos);
   CHECK(line.find("--reuse") == std::string::npos);
@@ -142,6 +142,17 @@ TEST_CASE("viewer: bad values change nothing and say what is accepted") {
   CHECK_FALSE(viewer.load("no such file.json"));
   CHECK(viewer.version() == version);
   CHECK(viewer.settings().march_steps == RenderSettings{}.march_steps);
+}
+
+TEST_CASE("viewer: settings that the device refuses go back to those before, and it says why") {
+  Viewer viewer(start_of());
+  const RenderSettings before = viewer.settings();
+  REQUIRE(viewer.set(all_settings()[1], "high"));
+  const std::uint64_t version = viewer.version();
+  viewer.take_back(before, "refused");
+  CHECK(viewer.settings().quality == before.quality);
+  CHECK(viewer.version() > version);
+  CHECK(viewer.messages() == std::vector<std::string>{"refused"});
 }
 
 TEST_CASE("viewer: what must stay during a recording stays") {

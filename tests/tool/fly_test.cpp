@@ -36,7 +36,7 @@ class XServer {
     int ends[2];
     REQUIRE(::pipe(ends) == 0);
     const std::string number = std::to_string(ends[1]);
-    // Without -noreset the server starts anew after its last client, and may refuse one that comes meanwhile.
+    // -noreset: it does not start anew after its last client, when it might refuse the next.
     const char* argv[] = {"Xvfb", "-displayfd", number.c_str(), "-noreset", "-screen", "0", "1280x1024x24", nullptr};
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
@@ -46,10 +46,12 @@ class XServer {
                     "Xvfb, of Debian's package xvfb, does not start");
     posix_spawn_file_actions_destroy(&actions);
     ::close(ends[1]);
-    char text[32] = {};
-    REQUIRE_MESSAGE(::read(ends[0], text, sizeof text - 1) > 0, "Xvfb ended at once");
+    // To the end of the line, which the server writes apart from the number: a pipe closed before that would end it.
+    for (char letter = 0; letter != '\n';) {
+      REQUIRE_MESSAGE(::read(ends[0], &letter, 1) == 1, "Xvfb ended at once");
+      if (letter != '\n') display_.push_back(letter);
+    }
     ::close(ends[0]);
-    display_.append(":").append(std::to_string(std::atoi(text)));
   }
   ~XServer() {
     ::kill(child_, SIGTERM);
@@ -60,7 +62,7 @@ class XServer {
 
  private:
   pid_t child_ = 0;
-  std::string display_;
+  std::string display_{":"};
 };
 
 const XServer& x_server() {
@@ -136,7 +138,7 @@ TEST_CASE("fly: a recorded flight, rendered from its path, gives the frames that
   REQUIRE_MESSAGE(flown.status == 0, flown.err);
   CHECK(flown.out.find("nephele render --scene") == 0);
   CHECK(flown.out.find(" --time 12.5 ") != std::string::npos);
-  CHECK(flown.out.find(" --path ") != std::string::npos);
+  CHECK(flown.out.find(" --path '") != std::string::npos);
   const ProgramResult rendered = render_small(directory / "flight_0001_scene.json", directory / "f%02d.exr",
                                               {"--time", "12.5", "--path", directory / "flight_0001.json"});
   REQUIRE_MESSAGE(rendered.status == 0, rendered.err);

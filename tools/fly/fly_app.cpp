@@ -75,7 +75,7 @@ class FlyApp {
   Result<void> open();
   void start_loading();
   Result<void> take_sky();
-  FlyInput script_input(FlyInput input);
+  FlyInput script_input();
   Result<void> begin_script_step(const ScriptStep& step);
   Result<void> frame(const FlyInput& input, double dt_s);
   Result<void> match_renderer();
@@ -100,7 +100,7 @@ class FlyApp {
   std::unique_ptr<SkyLoader> loader_;
   std::optional<ReadySky> sky_;
   std::uint64_t drawn_version_ = 0;  // of the viewer, that the renderer has been set to
-  RenderSettings drawn_;
+  RenderSettings drawn_, accepted_;  // accepted_: as the user chose them, the last that the renderer took
   PhaseSettings drawn_phase_;
   std::deque<std::pair<std::uint64_t, std::uint64_t>> recorded_;  // presenter's frame, viewer's version
   std::optional<Panel> panel_;
@@ -162,6 +162,7 @@ Result<void> FlyApp::open() {
 
 void FlyApp::start_loading() {
   drawn_ = viewer_.drawn_settings();
+  accepted_ = viewer_.settings();
   drawn_version_ = viewer_.version();
   drawn_phase_ = viewer_.scene().phase;
   Scene scene = viewer_.scene_with_camera();
@@ -180,9 +181,8 @@ Result<void> FlyApp::take_sky() {
   return {};
 }
 
-// What the script does in this frame, added to what a person does.
-FlyInput FlyApp::script_input(FlyInput input) {
-  if (!job_.script || !sky_) return input;
+// What the script does in this frame; nothing once it is done.
+FlyInput FlyApp::script_input() {
   const std::vector<ScriptStep>& steps = job_.script->steps;
   if (script_step_ < steps.size() && script_frame_ >= steps[script_step_].frames) {
     ++script_step_;
@@ -190,7 +190,7 @@ FlyInput FlyApp::script_input(FlyInput input) {
   }
   if (script_step_ >= steps.size()) {
     script_done_ = true;
-    return input;
+    return {};
   }
   const ScriptStep& step = steps[script_step_];
   FlyInput scripted = step.input;
@@ -222,26 +222,27 @@ Result<void> FlyApp::begin_script_step(const ScriptStep& step) {
   return {};
 }
 
-// The renderer as the viewer wants it. Settings that the device or the scene refuses go back to what they were.
+// The renderer as the viewer wants it. What the device refuses goes back to what was drawn with before.
 Result<void> FlyApp::match_renderer() {
   RenderSettings wanted = full_size_ ? viewer_.settings() : viewer_.drawn_settings();
   const bool same_size = wanted.width == drawn_.width && wanted.height == drawn_.height && wanted.scale == drawn_.scale;
   if (viewer_.version() == drawn_version_ && same_size) return {};
   const PhaseSettings& phase = viewer_.scene().phase;
   if (phase.function != drawn_phase_.function || phase.g != drawn_phase_.g) {  // other tables
-    presenter_->finish();
+    end_truth();
     recorded_.clear();
-    truth_.reset();
     sky_.reset();
     facts_.stats = nullptr;
     start_loading();
     return {};
   }
-  drawn_version_ = viewer_.version();
   if (auto ok = sky_->renderer->set(viewer_.scene(), wanted); !ok) {
-    viewer_.say(ok.error().message);
+    if (job_.script) return ok;
+    viewer_.take_back(accepted_, ok.error().message);
     return {};
   }
+  drawn_version_ = viewer_.version();
+  accepted_ = viewer_.settings();
   drawn_ = wanted;
   facts_.drawn = drawn_;
   return {};
@@ -353,15 +354,8 @@ void FlyApp::save_recording(const Viewer::Requests::Recording& recording) {
   for (const Result<void>& done :
        {write_file_atomically(path, recording.path_text), save_scene(recording.scene, scene)})
     if (!done) return viewer_.say(done.error().message);
-  std::string line = viewer_.command_line(scene);
-  const std::string out = " --out picture.png";
-  line.erase(line.size() - out.size());
-  const std::string time = " --time ";
-  const std::size_t at = line.find(time);
-  const std::size_t end = line.find(' ', at + time.size());
-  line.replace(at, (end == std::string::npos ? line.size() : end) - at, time + number_text(recording.start_time_s));
-  line += " --path " + path + " --out " + name + "_%04d.png";
-  std::printf("%s\n", line.c_str());
+  std::printf("%s --path '%s' --out '%s_%%04d.png'\n", viewer_.command_line(scene, recording.start_time_s).c_str(),
+              path.c_str(), name.c_str());
   viewer_.say("Flight " + path + "; the command that renders it stands on the standard output");
 }
 
@@ -372,7 +366,7 @@ std::string FlyApp::save_copy() {
     return "";
   }
   viewer_.say("Scene " + name + "; the command is in the clipboard");
-  return viewer_.command_line(name);
+  return viewer_.command_line(name, viewer_.time_s()) + " --out picture.png";
 }
 
 void FlyApp::start_truth() {
@@ -393,7 +387,6 @@ void FlyApp::start_truth() {
   truth_.emplace(std::move(view));
   truth_version_ = viewer_.version();
   viewer_.paused = true;  // the clouds stay as they are traced
-  facts_.truth.reset();
   facts_.truth_state = "tracing";
   viewer_.say("Path tracing this view (F1, truth: how it is shown)");
 }
@@ -499,7 +492,7 @@ Result<void> FlyApp::run() {
     const std::size_t step = script_step_;
     const bool begins = script_frame_ == 0;
     if (job_.script && sky_) {
-      input = script_input(std::move(input));
+      input = script_input();
       if (!script_done_ && (script_step_ != step || begins))
         if (auto ok = begin_script_step(job_.script->steps[script_step_]); !ok) return ok;
       quit = quit || std::find(input.actions.begin(), input.actions.end(), Action::quit) != input.actions.end();

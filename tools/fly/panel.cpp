@@ -34,7 +34,7 @@ constexpr SliderRange kSliderRanges[] = {
     {"clouds.view_distance_m", 5000, 200000, true},
 };
 
-// Their change needs other tables or compiled kernels: the picture pauses meanwhile.
+// Their change needs other tables, compiled kernels or all light anew: the picture pauses meanwhile.
 constexpr const char* kSlowPrefixes[] = {"phase."};
 constexpr const char* kSlowSettings[] = {"quality",
                                          "backend",
@@ -47,6 +47,9 @@ constexpr const char* kSlowSettings[] = {"quality",
                                          "light_cell_m",
                                          "light_side_cells",
                                          "light_height_cells",
+                                         "light_sweeps",
+                                         "culling",
+                                         "full_layer",
                                          "blend"};
 
 SliderRange slider_range(const JsonKey& key, std::size_t index) {

@@ -153,6 +153,12 @@ Result<void> Viewer::set(const Setting& setting, const std::string& text) {
   return {};
 }
 
+void Viewer::take_back(const RenderSettings& accepted, const std::string& why) {
+  settings_ = accepted;
+  change();
+  say(why);
+}
+
 Result<void> Viewer::edit(const std::string& key_path, const SceneValue& value) {
   if (recording()) return Error{"the scene stays while a flight is recorded"};
   if (auto ok = set_value(scene_, key_path, value); !ok) return ok;
@@ -214,16 +220,16 @@ void Viewer::set_camera(const CameraState& camera) {
 
 void Viewer::set_sun_clock(const SunClock& clock) { sun_clock_ = clock; }
 
-std::string Viewer::command_line(const std::string& scene_file) const {
+std::string Viewer::command_line(const std::string& scene_file, double time_s) const {
   const RenderSettings defaults;
-  std::string line = "nephele render --scene '" + scene_file + "' --time " + number_text(time_s_);
+  std::string line = "nephele render --scene '" + scene_file + "' --time " + number_text(time_s);
   for (const Setting& setting : all_settings()) {
     const std::string key = setting.key, value = value_text(setting.get(settings_));
     // What is done again and what is kept changes no pixel.
     if (key != "reuse" && key != "full_layer" && value != value_text(setting.get(defaults)))
       line += concat(' ', setting.option, ' ', value);
   }
-  return line + " --out picture.png";
+  return line;
 }
 
 Viewer::Requests Viewer::take_requests() { return std::exchange(requests_, {}); }

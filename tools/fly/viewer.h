@@ -63,6 +63,8 @@ class Viewer {
   // What the panel changes. An error leaves everything as it was.
   const RenderSettings& settings() const { return settings_; }
   Result<void> set(const Setting& setting, const std::string& text);
+  // The device has refused the settings: those before hold again.
+  void take_back(const RenderSettings& accepted, const std::string& why);
   Result<void> edit(const std::string& key_path, const SceneValue& value);
   Result<void> set_scene(Scene scene);
   Result<void> load(const std::string& file);
@@ -76,8 +78,8 @@ class Viewer {
 
   // The scene from where the camera is now.
   Scene scene_with_camera() const;
-  // How `render` draws the picture as it is now, once scene_with_camera() is saved in that file.
-  std::string command_line(const std::string& scene_file) const;
+  // How `render` draws that scene at that time, once it is saved in the file; what it writes is left to add.
+  std::string command_line(const std::string& scene_file, double time_s) const;
 
   bool recording() const { return recorder_.has_value(); }
   std::size_t recorded_frames() const { return recorder_ ? recorder_->frames() : 0; }

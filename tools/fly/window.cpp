@@ -60,7 +60,7 @@ const char* key_help() {
          "Space, C     up, down (also E, Q)\n"
          "right mouse  look while held\n"
          "wheel        speed, from walking to orbital\n"
-         "Shift, Alt   five times as fast, as slow\n"
+         "Shift, Ctrl  five times as fast, as slow\n"
          "Z, X         roll left, right\n"
          "L            level out\n"
          "Ctrl + drag  move the sun\n"
