@@ -8,6 +8,7 @@
 //   if (reader.error()) return *reader.error();
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -140,6 +141,23 @@ class JsonObject {
       vector(key, value.emplace(Real{0}), accepted);
     else
       known_.emplace_back(key);
+  }
+  // Exactly N numbers that may be absent: their default is none.
+  template <std::size_t N>
+  void numbers(const char* key, std::optional<std::array<double, N>>& values, Range accepted) {
+    if (reader_.listing_) return note_vector(key, static_cast<int>(N), {accepted}, "none");
+    const nlohmann::json* found = take(key);
+    if (!found || !check_array(*found, path_of(key), static_cast<int>(N))) return;
+    values.emplace();
+    for (std::size_t i = 0; i < N; ++i)
+      read_number((*found)[i], path_of(key) + '[' + std::to_string(i) + ']', (*values)[i], accepted, 1.0);
+  }
+  // Three numbers, or one that stands for all of them. Listed as three.
+  void radii(const char* key, glm::vec3& value, Range accepted) {
+    const bool one = !reader_.listing_ && has(key) && value_.at(key).is_number();
+    if (!one) return vector(key, value, {accepted});
+    number(key, value.x, accepted);
+    value = glm::vec3(value.x);
   }
   void boolean(const char* key, bool& value);
   void integer(const char* key, std::uint32_t& value, std::uint32_t minimum = 0,

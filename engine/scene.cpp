@@ -1,8 +1,11 @@
 #include "engine/scene.h"
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "engine/check.h"
@@ -20,6 +23,8 @@ constexpr Range kLight{0, 1e6};
 constexpr Range kFraction{0, 1};
 constexpr Range kAltitudeM{-1e6, 1e6};
 constexpr Range kWind{-500, 500};
+constexpr Range kScale{1e-3, 1e3};
+constexpr Range kViewDistanceM{1, 500000};
 
 // An angle that a number of degrees in a file gives, not more than a rounding from the one asked for.
 double as_from_degrees(double angle_rad) { return degrees_of(angle_rad) * kRadiansPerDegree; }
@@ -56,14 +61,13 @@ constexpr Range kMapExtentM{1, 4e7};
 
 Result<void> load_texels(WeatherMap& map, const std::string& path);
 
-// field: finds the cloud field whose map it is, once the scene has been read.
-void read_weather_map(JsonObject& json, WeatherMap& map, SceneFiles& files,
-                      const std::function<CloudSettings&()>& field) {
+// found: finds the map once the scene has been read.
+void read_weather_map(JsonObject& json, WeatherMap& map, SceneFiles& files, const std::function<WeatherMap&()>& found) {
   for (const char* key : {"file", "origin_m", "extent_m"}) json.require(key);
   std::string file;
   json.file("file", file);
-  files.push_back({json.path_of("file"), file,
-                   [field](const std::string& path) { return load_texels(*field().weather_map, path); }});
+  files.push_back(
+      {json.path_of("file"), file, [found](const std::string& path) { return load_texels(found(), path); }});
   json.vector("origin_m", map.origin_m, {kHorizontalM});
   json.vector("extent_m", map.extent_m, {kMapExtentM});
 }
@@ -100,9 +104,11 @@ void read_clouds(JsonObject& json, CloudSettings& clouds, SceneFiles& files,
   json.number("extinction_per_m", clouds.extinction_per_m, {0, 1000});
   json.number("growth_period_s", clouds.growth_period_s, {0, 1e6});
   json.vector("wind_m_per_s", clouds.wind_m_per_s, {kWind});
-  json.number("view_distance_m", clouds.view_distance_m, {1, 500000});
-  json.object("weather_map",
-              [&](JsonObject& child) { read_weather_map(child, clouds.weather_map.emplace(), files, field); });
+  json.number("view_distance_m", clouds.view_distance_m, kViewDistanceM);
+  json.object("weather_map", [&](JsonObject& child) {
+    read_weather_map(child, clouds.weather_map.emplace(), files,
+                     [field]() -> WeatherMap& { return *field().weather_map; });
+  });
 }
 
 constexpr Range kTerrainM{0, kMaxTerrainM};
@@ -139,56 +145,130 @@ void read_phase(JsonObject& json, PhaseSettings& phase) {
   json.number("g", phase.g, {-kMaxAsymmetry, kMaxAsymmetry});
 }
 
+constexpr Range kRadiusM{0.01, 1e5};
+
+// shared::upright_shape in doubles.
+shared::EllipsoidShape turned_upright(const glm::vec3& radius_m, double yaw_rad) {
+  const double s = std::sin(yaw_rad), c = std::cos(yaw_rad);
+  const glm::dvec3 r(radius_m);
+  return {glm::vec3(glm::dvec3(r.x * c * c + r.y * s * s, r.x * s * s + r.y * c * c, r.z)),
+          glm::vec3(static_cast<float>((r.y - r.x) * s * c), 0.0f, 0.0f)};
+}
+
+// Returns the yaw of what is inside.
+double read_ellipsoid(JsonObject& json, shared::EllipsoidShape& ellipsoid) {
+  glm::vec3 radius_m = ellipsoid.diagonal_m;
+  double yaw_rad = 0.0;
+  json.radii("radius_m", radius_m, kRadiusM);
+  json.number("yaw_deg", yaw_rad, kAngleDeg, kRadiansPerDegree);
+  std::optional<std::array<double, 6>> shape;
+  json.numbers("ellipsoid_m", shape, {-kRadiusM.maximum, kRadiusM.maximum});
+  if (!shape) {
+    ellipsoid = turned_upright(radius_m, yaw_rad);
+    return yaw_rad;
+  }
+  if (json.has("radius_m") || json.has("yaw_deg"))
+    json.fail("ellipsoid_m", "stands beside radius_m or yaw_deg; accepted: one or the other");
+  ellipsoid = {glm::vec3((*shape)[0], (*shape)[1], (*shape)[2]), glm::vec3((*shape)[3], (*shape)[4], (*shape)[5])};
+  if (!is_positive_definite(ellipsoid))
+    json.refuse("ellipsoid_m", "xx, yy, zz, xy, xz, yz of a positive definite matrix");
+  return 0.0;
+}
+
 void read_particle(JsonObject& json, ListedParticle& particle) {
   json.vector("center_m", particle.center_m, {kHorizontalM, kHorizontalM, kAltitudeM});
-  json.vector("radius_m", particle.radius_m, {{0.01, 1e5}});
-  json.number("yaw_deg", particle.yaw_rad, kAngleDeg, kRadiansPerDegree);
+  const double yaw_rad = read_ellipsoid(json, particle.ellipsoid);
   json.number("density", particle.density, {0, 1000});
   json.number("extinction_per_m", particle.extinction_per_m, {0, 1e6});
-  json.choice("shape", particle.shape,
-              {{"reference", ParticleShape::reference}, {"homogeneous", ParticleShape::homogeneous}});
+  read_particle_shape(json, particle.shape);
   json.vector("radiance", particle.radiance, {kLight});
   json.number("base_m", particle.base_m, kAltitudeM);
   json.number("top_m", particle.top_m, kAltitudeM);
   if (particle.base_m && particle.top_m && *particle.top_m < *particle.base_m) json.refuse("top_m", "base_m or more");
   json.vector("orientation", particle.orientation, {{-1, 1}});
-  if (!particle.orientation) return;
+  if (!particle.orientation) {
+    if (yaw_rad != 0.0 && particle.shape == ParticleShape::reference)
+      particle.orientation = shared::yaw_rotation(static_cast<float>(yaw_rad));
+    return;
+  }
   if (std::abs(glm::length(*particle.orientation) - 1.0f) > 1e-3f)
     json.refuse("orientation", "a unit quaternion x, y, z, w");
   // One that is a unit quaternion but for roundings stands as it is, so that what was normalised stays the same.
   const double squared = glm::dot(glm::dvec4(*particle.orientation), glm::dvec4(*particle.orientation));
   if (std::abs(squared - 1.0) > 1e-6) particle.orientation = glm::normalize(*particle.orientation);
+  if (yaw_rad != 0.0)
+    particle.orientation = glm::normalize(
+        shared::quaternion_product(shared::yaw_rotation(static_cast<float>(yaw_rad)), *particle.orientation));
 }
 
 // What places a source; the keys of Placement.
 void read_placement(JsonObject& json, Placement& placement) {
   json.vector("at_m", placement.at_m, {kHorizontalM, kHorizontalM, kAltitudeM});
   json.number("heading_deg", placement.heading_rad, kAngleDeg, kRadiansPerDegree);
-  json.number("scale", placement.scale, {1e-3, 1e3});
+  json.number("scale", placement.scale, kScale);
   json.boolean("drifts", placement.drifts);
   json.vector("wind_m_per_s", placement.wind_m_per_s, {kWind});
 }
 
-void read_set(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles& files) {
-  ParticleGroup group;
-  group.name = "set";
-  group.placement.drifts = true;
+// found: finds the set's place in the scene once that has been read.
+void read_set_file(JsonObject& json, SceneFiles& files, const std::function<SetFile&()>& found) {
   std::string file;
   json.require("file");
   json.file("file", file);
-  const std::size_t index = sources.size();
-  files.push_back({json.path_of("file"), file, [&sources, index](const std::string& path) -> Result<void> {
-                     const Result<ParticleSet> set = load_particle_set(path);
+  files.push_back({json.path_of("file"), file, [found](const std::string& path) -> Result<void> {
+                     Result<ParticleSet> set = load_particle_set(path);
                      if (!set) return set.error();
-                     Result<std::vector<ListedParticle>> listed = listed_particles(*set);
-                     if (!listed) return Error{path + ": " + listed.error().message};
-                     ParticleGroup& read = std::get<ParticleGroup>(sources[index]);
-                     read.particles = std::move(*listed);
-                     read.file = from_root(path);
+                     found() = {from_root(path), std::make_shared<const ParticleSet>(std::move(*set))};
                      return {};
                    }});
-  read_placement(json, group.placement);
-  sources.emplace_back(std::move(group));
+}
+
+void read_set(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles& files) {
+  const std::size_t index = sources.size();
+  PlacedSet& placed = std::get<PlacedSet>(sources.emplace_back(PlacedSet{}));
+  read_set_file(json, files, [&sources, index]() -> SetFile& { return std::get<PlacedSet>(sources[index]).set; });
+  read_placement(json, placed.placement);
+  json.number("view_distance_m", placed.view_distance_m, kViewDistanceM);
+  json.objects("instances", kMaxSetInstances, [&](JsonObject& child) {
+    SetInstance& instance = placed.instances.emplace_back();
+    child.vector("at_m", instance.at_m, {kHorizontalM, kHorizontalM, kAltitudeM});
+    child.number("heading_deg", instance.heading_rad, kAngleDeg, kRadiansPerDegree);
+    child.number("scale", instance.scale, kScale);
+  });
+}
+
+void read_scatter(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles& files) {
+  const std::size_t index = sources.size();
+  ScatteredSets& scattered = std::get<ScatteredSets>(sources.emplace_back(ScatteredSets{}));
+  const auto found = [&sources, index]() -> ScatteredSets& { return std::get<ScatteredSets>(sources[index]); };
+  json.require("sets");
+  json.objects("sets", kMaxScatteredKinds, [&](JsonObject& child) {
+    const std::size_t kind = scattered.kinds.size();
+    scattered.kinds.emplace_back();
+    read_set_file(child, files, [found, kind]() -> SetFile& { return found().kinds[kind].set; });
+    child.number("share", scattered.kinds[kind].share, {0, 1000});
+  });
+  json.integer("seed", scattered.seed);
+  json.number("clouds_per_km2", scattered.clouds_per_km2, {1e-4, 100});
+  json.number("coverage", scattered.coverage, kFraction);
+  json.number("altitude_m", scattered.altitude_m, {0, 20000});
+  json.vector("scale", scattered.scale, {kScale});
+  json.boolean("drifts", scattered.drifts);
+  json.vector("wind_m_per_s", scattered.wind_m_per_s, {kWind});
+  json.number("view_distance_m", scattered.view_distance_m, kViewDistanceM);
+  json.object("weather_map", [&](JsonObject& child) {
+    read_weather_map(child, scattered.weather_map.emplace(), files,
+                     [found]() -> WeatherMap& { return *found().weather_map; });
+  });
+  const double across = 2e-3 * double{scattered.view_distance_m} * std::sqrt(double{scattered.clouds_per_km2});
+  if (across * across > static_cast<double>(kMaxScatterPlaces))
+    json.fail("clouds_per_km2", concat("makes ", static_cast<std::uint64_t>(across * across),
+                                       " places within view_distance_m; accepted: at most ", kMaxScatterPlaces));
+  float shares = 0.0f;
+  for (const ScatteredSets::Kind& kind : scattered.kinds) shares += kind.share;
+  if (json.has("sets") && !(shares > 0.0f))
+    json.fail("sets", "has no set whose share is above 0; accepted: at least one");
+  if (scattered.scale.y < scattered.scale.x) json.refuse("scale", "the least and then the greatest");
 }
 
 void read_group(JsonObject& json, std::vector<SceneSource>& sources) {
@@ -209,6 +289,7 @@ void read_field(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles&
 
 void read_source(JsonObject& json, std::vector<SceneSource>& sources, SceneFiles& files) {
   json.kind("kind", {{"set", [&](JsonObject& set) { read_set(set, sources, files); }},
+                     {"scatter", [&](JsonObject& scatter) { read_scatter(scatter, sources, files); }},
                      {"field", [&](JsonObject& field) { read_field(field, sources, files); }},
                      {"particles", [&](JsonObject& group) { read_group(group, sources); }}});
 }
@@ -222,6 +303,25 @@ void read_view(JsonObject& json, SceneView& view, const std::vector<SceneView>& 
 }
 
 }  // namespace
+
+const char* particle_shape_name(ParticleShape shape) {
+  switch (shape) {
+    case ParticleShape::reference:
+      return "reference";
+    case ParticleShape::homogeneous:
+      return "homogeneous";
+    case ParticleShape::soft:
+      return "soft";
+  }
+  return "";
+}
+
+void read_particle_shape(JsonObject& json, ParticleShape& shape) {
+  json.choice("shape", shape,
+              {{particle_shape_name(ParticleShape::reference), ParticleShape::reference},
+               {particle_shape_name(ParticleShape::homogeneous), ParticleShape::homogeneous},
+               {particle_shape_name(ParticleShape::soft), ParticleShape::soft}});
+}
 
 void read_scene(JsonObject& json, Scene& scene, SceneFiles& files) {
   json.vector("world_origin_m", scene.world_origin_m, {kHorizontalM});
@@ -278,6 +378,11 @@ Result<Scene> load_scene(const std::string& path) {
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.error();
   return parse_scene(*text, path, std::filesystem::path(path).parent_path().string());
+}
+
+bool SetFile::operator==(const SetFile& other) const {
+  if (file != other.file || !set != !other.set) return false;
+  return set == other.set || *set == *other.set;
 }
 
 std::vector<const CloudSettings*> cloud_fields(const Scene& scene) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 
 #include "engine/phase_function.h"
 #include "engine/result.h"
+#include "shared/ellipsoid.h"
 
 namespace nephele {
 
@@ -107,19 +109,20 @@ struct PhaseSettings {
 enum class ParticleShape : std::uint8_t {
   reference,    // the inhomogeneous reference particle from the table
   homogeneous,  // constant extinction = density * extinction_per_m inside the ellipsoid
+  soft,         // falls off as the mean profile of all others (light.h); detail thickens and thins it
 };
 
 struct ListedParticle {
   glm::dvec3 center_m{0.0};
-  glm::vec3 radius_m{100.0f};  // semi-axes; x and y turned by yaw
-  double yaw_rad = 0.0;        // clockwise from north, seen from above
+  shared::EllipsoidShape ellipsoid{glm::vec3(100.0f), glm::vec3(0.0f)};
   float density = 1.0f;
   float extinction_per_m = 0.05f;
   ParticleShape shape = ParticleShape::reference;
   std::optional<glm::vec3> radiance;  // the source radiance itself, unlit
   std::optional<float> base_m;        // altitude of the cloud's flat base, which cuts the particle; none: no base
   std::optional<float> top_m;         // altitude of the cloud's top above it, for sky light; none: the particle's own
-  std::optional<glm::vec4> orientation;  // of the reference particle inside: unit quaternion x, y, z, w; none: upright
+  // Of the reference particle in the ellipsoid's unit space: unit quaternion x, y, z, w; none: upright.
+  std::optional<glm::vec4> orientation;
 
   bool operator==(const ListedParticle&) const = default;
 };
@@ -139,16 +142,68 @@ struct Placement {
 };
 
 struct ParticleGroup {
-  std::string name = "particles";  // its kind: what rows of timings begin with
   std::vector<ListedParticle> particles;
   Placement placement;
-  std::string file;  // of a set: the .json that it was read from, as WeatherMap::file; empty: no file made it
 
   bool operator==(const ParticleGroup&) const = default;
 };
 
+// A cloud as a particle set (engine/particle_set.h), which copies of a scene and all its instances share.
+struct ParticleSet;
+struct SetFile {
+  std::string file;  // the .json that it was read from, as WeatherMap::file; empty: no file made it
+  std::shared_ptr<const ParticleSet> set;
+
+  bool operator==(const SetFile&) const;  // by what the sets hold
+};
+
+// Where a set stands once more, in the frame of its placement.
+struct SetInstance {
+  glm::dvec3 at_m{0.0};
+  double heading_rad = 0.0;
+  double scale = 1.0;
+
+  bool operator==(const SetInstance&) const = default;
+};
+inline constexpr std::size_t kMaxSetInstances = 65536;
+
+// A set in the scene, once or many times. Far ones are drawn by the set's coarser levels.
+struct PlacedSet {
+  SetFile set;
+  Placement placement{.at_m = glm::dvec3(0.0), .drifts = true};
+  std::vector<SetInstance> instances;  // none: one at the placement itself
+  float view_distance_m = 80000.0f;    // beyond it instances are left out; over its last fifth they fade
+
+  bool operator==(const PlacedSet&) const = default;
+};
+
+// Sets strewn over the ground without end: a lattice has one place for a cloud in every cell, and the weather says how
+// many of them are taken. Clouds stand still in the air, which drifts through the weather map.
+struct ScatteredSets {
+  struct Kind {
+    SetFile set;
+    float share = 1.0f;  // of the clouds, by ratio to the others'
+
+    bool operator==(const Kind&) const = default;
+  };
+  std::vector<Kind> kinds;  // 1 .. kMaxScatteredKinds
+  std::uint32_t seed = 1;
+  float clouds_per_km2 = 0.1f;  // where coverage is 1
+  float coverage = 1.0f;        // share of the places that have a cloud; beyond the map, where there is one
+  float altitude_m = 1000.0f;   // of height 0 of the sets
+  glm::vec2 scale{0.8f, 1.2f};  // least and greatest
+  bool drifts = true;
+  std::optional<glm::dvec2> wind_m_per_s;
+  float view_distance_m = 80000.0f;
+  std::optional<WeatherMap> weather_map;  // its coverage; types are not read
+
+  bool operator==(const ScatteredSets&) const = default;
+};
+inline constexpr std::size_t kMaxScatteredKinds = 64;
+inline constexpr std::size_t kMaxScatterPlaces = std::size_t{1} << 20;  // in the square about the view
+
 // One of many sources of clouds.
-using SceneSource = std::variant<CloudSettings, ParticleGroup>;
+using SceneSource = std::variant<CloudSettings, ParticleGroup, PlacedSet, ScatteredSets>;
 inline constexpr std::size_t kMaxSources = 64;
 
 // A place to look from, by a name that no other view of the scene has.
@@ -195,9 +250,12 @@ std::vector<const CloudSettings*> cloud_fields(const Scene& scene);
 // file is grey, of 8 or 16 bits.
 //
 // A member of "sources" has a "kind": "field" with the keys of "clouds"; "particles" with its own list of "particles";
-// "set" with the "file" of a particle set (engine/particle_set.h), its path relative as above. The latter two also have
-// the keys of Placement: "at_m", "heading_deg", "scale", "drifts" (default true for a set, false for particles) and
-// "wind_m_per_s".
+// "set" with the "file" of a particle set (engine/particle_set.h), its path relative as above, and perhaps its
+// "instances". The latter two also have the keys of Placement: "at_m", "heading_deg", "scale", "drifts" (default true
+// for a set, false for particles) and "wind_m_per_s". "scatter" has the keys of ScatteredSets.
+//
+// A particle's ellipsoid is "radius_m" (three semi-axes, or one for a sphere) turned by "yaw_deg", and what is inside
+// it turns along; or "ellipsoid_m", the six numbers xx, yy, zz, xy, xz, yz of its shape.
 //
 // A member of "views" is {"name": TEXT, "camera": {...}}: the name is required, the camera has the keys and defaults of
 // "camera" itself.

@@ -24,6 +24,10 @@ using SceneFiles = std::vector<SceneFile>;
 // `scene`, which must not be moved before they have run.
 void read_scene(JsonObject& json, Scene& scene, SceneFiles& files);
 
+// "reference", "homogeneous" or "soft", in scenes and in particle sets; the key is "shape".
+const char* particle_shape_name(ParticleShape shape);
+void read_particle_shape(JsonObject& json, ParticleShape& shape);
+
 // All of the scene that is neither a list nor in a file, as the scene file has it. map_file stands for the name of the
 // weather map of `clouds`.
 nlohmann::ordered_json settings_document(const Scene& scene, const std::string& map_file);

@@ -62,12 +62,16 @@ Json write_clouds(const CloudSettings& clouds, const std::string& map_file) {
 Json write_particles(const std::vector<ListedParticle>& particles) {
   Json list = Json::array();
   for (const ListedParticle& particle : particles) {
-    Json json{{"center_m", as_written(particle.center_m)},
-              {"radius_m", as_written(particle.radius_m)},
-              {"yaw_deg", degrees_of(particle.yaw_rad)},
-              {"density", as_written(particle.density)},
-              {"extinction_per_m", as_written(particle.extinction_per_m)},
-              {"shape", particle.shape == ParticleShape::homogeneous ? "homogeneous" : "reference"}};
+    Json json{{"center_m", as_written(particle.center_m)}};
+    const glm::vec3 d = particle.ellipsoid.diagonal_m, o = particle.ellipsoid.off_diagonal_m;
+    if (o == glm::vec3(0.0f))
+      json["radius_m"] = as_written(d);
+    else
+      json["ellipsoid_m"] = {few_digits(d.x), few_digits(d.y), few_digits(d.z),
+                             few_digits(o.x), few_digits(o.y), few_digits(o.z)};
+    json["density"] = as_written(particle.density);
+    json["extinction_per_m"] = as_written(particle.extinction_per_m);
+    json["shape"] = particle_shape_name(particle.shape);
     write_optional(json, "radiance", particle.radiance);
     write_optional(json, "base_m", particle.base_m);
     write_optional(json, "top_m", particle.top_m);
@@ -123,17 +127,42 @@ class DocumentWriter {
     json.update(write_clouds(clouds, clouds.weather_map ? map_file(key, clouds) : ""));
     return json;
   }
-  Json write_source(const ParticleGroup& group, const std::string& key) {
-    Json json{{"kind", group.name}};
-    if (group.name == "set") {
-      json["file"] = file_name(key, "set", group.file);
-    } else if (group.name == "particles" && group.file.empty()) {
-      json["particles"] = write_particles(group.particles);
-    } else {
-      fail(concat(key, " is a group named \"", group.name, "\" from \"", group.file,
-                  "\"; accepted: a set from a file, or one named \"particles\" from none"));
-    }
+  Json write_source(const ParticleGroup& group, const std::string& /*key*/) {
+    Json json{{"kind", "particles"}, {"particles", write_particles(group.particles)}};
     write_placement(json, group.placement);
+    return json;
+  }
+  Json write_source(const PlacedSet& placed, const std::string& key) {
+    Json json{{"kind", "set"}, {"file", file_name(key, "set", placed.set.file)}};
+    write_placement(json, placed.placement);
+    json["view_distance_m"] = as_written(placed.view_distance_m);
+    if (placed.instances.empty()) return json;
+    Json& instances = json["instances"] = Json::array();
+    for (const SetInstance& instance : placed.instances)
+      instances.push_back({{"at_m", as_written(instance.at_m)},
+                           {"heading_deg", degrees_of(instance.heading_rad)},
+                           {"scale", instance.scale}});
+    return json;
+  }
+  Json write_source(const ScatteredSets& scattered, const std::string& key) {
+    Json sets = Json::array();
+    for (const ScatteredSets::Kind& kind : scattered.kinds)
+      sets.push_back({{"file", file_name(concat(key, ".sets[", sets.size(), ']'), "set", kind.set.file)},
+                      {"share", as_written(kind.share)}});
+    Json json{{"kind", "scatter"},
+              {"sets", sets},
+              {"seed", scattered.seed},
+              {"clouds_per_km2", as_written(scattered.clouds_per_km2)},
+              {"coverage", as_written(scattered.coverage)},
+              {"altitude_m", as_written(scattered.altitude_m)},
+              {"scale", as_written(scattered.scale)},
+              {"drifts", scattered.drifts},
+              {"view_distance_m", as_written(scattered.view_distance_m)}};
+    write_optional(json, "wind_m_per_s", scattered.wind_m_per_s);
+    if (const auto& map = scattered.weather_map)
+      json["weather_map"] = {{"file", file_name(key + ".weather_map", "weather map", map->file)},
+                             {"origin_m", as_written(map->origin_m)},
+                             {"extent_m", as_written(map->extent_m)}};
     return json;
   }
   std::string map_file(const std::string& key, const CloudSettings& clouds) {

@@ -21,8 +21,8 @@ Tuning cpu_tuning(const DeviceInfo& device) {
   tuning.pixel_columns = true;
   // Lavapipe ends all loops of eight threads once they have gone round this often.
   tuning.loop_rounds = 65535;
-  // A place of a list takes at most eight rounds.
-  tuning.exact_places = 8192;
+  // A place of a list takes eight rounds, and up to ten where many particles overlap.
+  tuning.exact_places = 6144;
   // A dispatch costs as much as some thousand values: long runs take fewer levels.
   tuning.sum_run = 256;
   tuning.sum_local_size = 16;

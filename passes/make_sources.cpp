@@ -1,11 +1,15 @@
 // The one place that names the kinds of sources.
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
+#include <variant>
 
 #include "passes/kit/cloud_source.h"
 #include "passes/nephele.h"
 #include "passes/sources/cell_source.h"
 #include "passes/sources/listed_source.h"
+#include "passes/sources/set_source.h"
 
 namespace nephele {
 namespace {
@@ -47,12 +51,27 @@ class Maker {
   }
   void add(const ParticleGroup& group) {
     if (group.particles.empty()) return;
-    keep(std::make_unique<ListedSource>(make_, unused(group.name), group, scene_wind_m_per_s(scene_),
+    keep(std::make_unique<ListedSource>(make_, unused("particles"), group, scene_wind_m_per_s(scene_),
                                         scene_.world_origin_m, room_));
+  }
+  void add(const PlacedSet& placed) {
+    if (placed.set.set) add_sets("set", placed);
+  }
+  void add(const ScatteredSets& scattered) {
+    if (!scattered.kinds.empty() && (scattered.coverage > 0.0f || scattered.weather_map))
+      add_sets("scatter", scattered);
   }
   std::vector<std::unique_ptr<CloudSource>> made() { return std::move(made_); }
 
  private:
+  // A coarser level's particles are about as small to the eye as those of the field's rings, which are half a cell
+  // wide.
+  template <class Sets>
+  void add_sets(const char* kind, const Sets& sets) {
+    const float smallest_angle = 1.7f / static_cast<float>(field_grid(settings_).ring_size_cells);
+    keep(std::make_unique<SetSource>(make_, unused(kind), sets, scene_wind_m_per_s(scene_), scene_.world_origin_m,
+                                     smallest_angle, room_));
+  }
   // "field", "field_2", ...
   std::string unused(const std::string& kind) {
     const int number = ++numbers_[kind];
@@ -83,10 +102,14 @@ std::vector<std::unique_ptr<CloudSource>> make_sources(Workshop& make, const Sce
 }
 
 double view_distance_m(const Scene& scene) {
-  const std::vector<const CloudSettings*> fields = cloud_fields(scene);
-  float farthest_m = fields.empty() ? CloudSettings{}.view_distance_m : 0.0f;
-  for (const CloudSettings* field : fields) farthest_m = std::max(farthest_m, field->view_distance_m);
-  return double{farthest_m};
+  std::optional<float> farthest_m;
+  const auto reach = [&farthest_m](float distance_m) {
+    farthest_m = std::max(farthest_m.value_or(distance_m), distance_m);
+  };
+  for (const CloudSettings* field : cloud_fields(scene)) reach(field->view_distance_m);
+  for (const SceneSource& source : scene.sources)
+    if (const auto* scattered = std::get_if<ScatteredSets>(&source)) reach(scattered->view_distance_m);
+  return double{farthest_m.value_or(CloudSettings{}.view_distance_m)};
 }
 
 glm::dvec2 scene_wind_m_per_s(const Scene& scene) {

@@ -21,6 +21,7 @@
 #include "tools/checked_options.h"
 #include "tools/command.h"
 #include "tools/options.h"
+#include "tools/path_tracer/extinction_field.h"
 #include "tools/path_tracer/reference_image.h"
 #include "tools/progress.h"
 #include "tools/scene_tables.h"
@@ -110,7 +111,7 @@ std::uint64_t state_key(const Scene& scene, const std::vector<shared::Particle>&
 float highest_m(const std::vector<shared::Particle>& particles, float camera_altitude_m, float least_m) {
   float highest = least_m;
   for (const shared::Particle& p : particles)
-    highest = std::max(highest, shared::altitude_m(p.center_m, camera_altitude_m) + p.radius_m.z);
+    highest = std::max(highest, shared::altitude_m(p.center_m, camera_altitude_m) + shared::ellipsoid_extent(p.shape, {0, 0, 1}));
   return highest;
 }
 

@@ -69,6 +69,7 @@ class CloudSource {
   virtual CloudExtent extent() const = 0;               // at any time
   virtual std::optional<CloudBounds> bounds() const { return std::nullopt; }  // none: clouds everywhere
   virtual float extinction_per_m() const = 0;                                 // of its clouds where they are dense
+  virtual bool has_soft_particles() const { return false; }                   // kParticleSoft
   virtual InputBytes inputs(const FrameView&) const = 0;  // what its particles depend on besides the scene
   // Appends the steps that put its particles into the sink.
   virtual void add(FrameBuilder& frame, const FrameView& view, const ParticleSink& sink) = 0;

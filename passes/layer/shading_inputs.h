@@ -24,9 +24,10 @@ struct ShadingInputs {
 struct ShadingVariant {
   bool light_field = true;       // light from the field, not from tables
   bool smooth_particles = true;  // there may be reference particles without structure
+  bool soft_particles = true;    // there may be soft ones
 
-  std::array<SpecConstant, 2> constants() const {
-    return {SpecConstant{20, light_field}, SpecConstant{21, smooth_particles}};
+  std::array<SpecConstant, 3> constants() const {
+    return {SpecConstant{20, light_field}, SpecConstant{21, smooth_particles}, SpecConstant{22, soft_particles}};
   }
   // After those of a shader's own.
   std::vector<SpecConstant> after(std::initializer_list<SpecConstant> own) const {

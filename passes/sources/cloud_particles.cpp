@@ -67,4 +67,8 @@ CloudExtent CloudParticles::extent() const {
   return all;
 }
 
+bool CloudParticles::has_soft_particles() const {
+  return std::any_of(sources_.begin(), sources_.end(), [](const auto& source) { return source->has_soft_particles(); });
+}
+
 }  // namespace nephele

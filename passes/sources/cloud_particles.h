@@ -33,7 +33,8 @@ class CloudParticles {
   InputBytes inputs(const FrameView& view) const;
 
   std::uint32_t capacity() const { return capacity_; }
-  CloudExtent extent() const;  // of all sources together
+  CloudExtent extent() const;       // of all sources together
+  bool has_soft_particles() const;  // any source
   VkDeviceSize records_bytes() const { return sources_.size() * sizeof(shared::SourceRecord); }
   const std::vector<std::unique_ptr<CloudSource>>& sources() const { return sources_; }
 

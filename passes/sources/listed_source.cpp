@@ -18,22 +18,49 @@ glm::dvec3 turned(const glm::dvec3& v, double heading_rad) {
   return {c * v.x + s * v.y, c * v.y - s * v.x, v.z};
 }
 
+shared::EllipsoidShape turned(const shared::EllipsoidShape& own, const Placement& at) {
+  if (at.heading_rad == 0.0 && at.scale == 1.0) return own;
+  const double s = std::sin(at.heading_rad), c = std::cos(at.heading_rad);
+  const glm::dmat3 turn(c, -s, 0, s, c, 0, 0, 0, 1);  // columns
+  const glm::dmat3 shape = at.scale * turn * glm::dmat3(shared::shape_matrix(own)) * glm::transpose(turn);
+  return {glm::vec3(glm::dvec3(shape[0][0], shape[1][1], shape[2][2])),
+          glm::vec3(glm::dvec3(shape[1][0], shape[2][0], shape[2][1]))};
+}
+
+std::uint32_t shape_flags(ParticleShape shape) {
+  switch (shape) {
+    case ParticleShape::reference:
+      return shared::kParticleDetail;
+    case ParticleShape::homogeneous:
+      return shared::kParticleHomogeneous;
+    case ParticleShape::soft:
+      return shared::kParticleSoft | shared::kMostSoftDetail << shared::kParticleSoftShift;
+  }
+  return 0;
+}
+
+// Half the extent upwards.
+double upwards_m(const shared::EllipsoidShape& shape) {
+  return glm::length(glm::dvec3(shared::shape_matrix(shape)[2]));
+}
+
 shared::PlacedParticle placed(const ListedParticle& p, const Placement& at, const glm::dvec2& world_origin_m,
                               std::uint32_t index) {
-  const bool reference = p.shape == ParticleShape::reference;
   const glm::dvec3 center_m = at.at_m + at.scale * turned(p.center_m, at.heading_rad) - glm::dvec3(world_origin_m, 0.0);
   const auto altitude_m = [&](double own_m) { return static_cast<float>(at.at_m.z + at.scale * own_m); };
   const float scale = static_cast<float>(at.scale);
   shared::PlacedParticle result{};
   result.place = shared::split_place(center_m);
-  result.radius_m = p.radius_m * scale;
-  result.yaw_rad = static_cast<float>(p.yaw_rad + at.heading_rad);
+  result.shape = turned(p.ellipsoid, at);
   result.extinction_per_m = p.extinction_per_m * p.density / scale;
-  result.orientation = p.orientation ? shared::pack_orientation(*p.orientation) : shared::kIdentityOrientation;
-  result.flags = (reference ? 0u : shared::kParticleHomogeneous) | (p.radiance ? shared::kParticleEmissive : 0u) |
-                 (reference ? shared::kParticleDetail : 0u);
+  const glm::vec4 orientation = p.orientation.value_or(glm::vec4(0, 0, 0, 1));
+  result.orientation = shared::pack_orientation(
+      at.heading_rad == 0.0
+          ? orientation
+          : shared::quaternion_product(shared::yaw_rotation(static_cast<float>(at.heading_rad)), orientation));
+  result.flags = shape_flags(p.shape) | (p.radiance ? shared::kParticleEmissive : 0u);
   result.base_m = p.base_m ? altitude_m(*p.base_m) : shared::kNoBaseM;
-  result.top_m = altitude_m(p.top_m ? static_cast<double>(*p.top_m) : p.center_m.z + static_cast<double>(p.radius_m.z));
+  result.top_m = altitude_m(p.top_m ? static_cast<double>(*p.top_m) : p.center_m.z + upwards_m(p.ellipsoid));
   result.radiance_per_sr = p.radiance.value_or(glm::vec3(0.0f));
   result.id = shared::hash_uint(index);
   return result;
@@ -43,8 +70,7 @@ shared::PlacedParticle placed(const ListedParticle& p, const Placement& at, cons
 float mean_extinction_per_m(std::span<const ListedParticle> particles, double scale) {
   double sum = 0.0, volume = 0.0;
   for (const ListedParticle& p : particles) {
-    const double own =
-        static_cast<double>(p.radius_m.x) * static_cast<double>(p.radius_m.y) * static_cast<double>(p.radius_m.z);
+    const double own = static_cast<double>(shared::shape_determinant(p.ellipsoid));
     sum += own * static_cast<double>(p.extinction_per_m) * static_cast<double>(p.density);
     volume += own;
   }
@@ -54,10 +80,10 @@ float mean_extinction_per_m(std::span<const ListedParticle> particles, double sc
 CloudExtent extent_of(std::span<const ListedParticle> particles, const Placement& at) {
   CloudExtent extent{INFINITY, -INFINITY};
   for (const ListedParticle& p : particles) {
-    double lowest_m = p.center_m.z - static_cast<double>(p.radius_m.z);
+    double lowest_m = p.center_m.z - upwards_m(p.ellipsoid);
     if (p.base_m) lowest_m = std::max(lowest_m, static_cast<double>(*p.base_m));
     extent.lowest_m = std::min(extent.lowest_m, static_cast<float>(at.at_m.z + at.scale * lowest_m));
-    const double highest_m = p.center_m.z + static_cast<double>(p.radius_m.z);
+    const double highest_m = p.center_m.z + upwards_m(p.ellipsoid);
     extent.highest_m = std::max(extent.highest_m, static_cast<float>(at.at_m.z + at.scale * highest_m));
   }
   return extent;
@@ -68,7 +94,7 @@ CloudBounds bounds_of(std::span<const ListedParticle> particles, const Placement
   CloudBounds bounds{glm::dvec2(INFINITY), glm::dvec2(-INFINITY), drift_m_per_s};
   for (const ListedParticle& p : particles) {
     const glm::dvec2 center_m(at.at_m + at.scale * turned(p.center_m, at.heading_rad));
-    const double across_m = at.scale * static_cast<double>(std::max(p.radius_m.x, p.radius_m.y));
+    const double across_m = at.scale * static_cast<double>(shared::longest_axis_at_most_m(p.ellipsoid));
     bounds.low_m = glm::min(bounds.low_m, center_m - world_origin_m - across_m);
     bounds.high_m = glm::max(bounds.high_m, center_m - world_origin_m + across_m);
   }
@@ -97,6 +123,8 @@ ListedSource::ListedSource(Workshop& make, std::string name, const ParticleGroup
       extent_(extent_of(group.particles, group.placement)),
       bounds_(bounds_of(group.particles, group.placement, world_origin_m, drift_m_per_s_)),
       extinction_per_m_(mean_extinction_per_m(group.particles, group.placement.scale)),
+      has_soft_particles_(std::any_of(group.particles.begin(), group.particles.end(),
+                                      [](const ListedParticle& p) { return p.shape == ParticleShape::soft; })),
       placed_(upload(make, name_ + "_placed", std::span(group.particles).first(capacity_), group.placement,
                      world_origin_m)) {}
 

@@ -26,6 +26,7 @@ class ListedSource final : public CloudSource {
   CloudExtent extent() const override { return extent_; }
   std::optional<CloudBounds> bounds() const override { return bounds_; }
   float extinction_per_m() const override { return extinction_per_m_; }
+  bool has_soft_particles() const override { return has_soft_particles_; }
   InputBytes inputs(const FrameView& view) const override;
   void add(FrameBuilder& frame, const FrameView& view, const ParticleSink& sink) override;
 
@@ -39,6 +40,7 @@ class ListedSource final : public CloudSource {
   CloudExtent extent_;
   CloudBounds bounds_;
   float extinction_per_m_;
+  bool has_soft_particles_;
   const Buffer& placed_;
 };
 

@@ -44,8 +44,8 @@
 #define PARTICLES(at, name)                                              \
   TEXELS(at, name)                                                       \
   Particle name##_particle(uint i) {                                     \
-    uvec4 texels[4];                                                     \
-    for (uint k = 0u; k < 4u; ++k) texels[k] = name##_texel(4u * i + k); \
+    uvec4 texels[5];                                                     \
+    for (uint k = 0u; k < 5u; ++k) texels[k] = name##_texel(5u * i + k); \
     return particle_from(texels);                                        \
   }
 
@@ -65,11 +65,11 @@
     return draw_particle_from(texels);                                     \
   }
 
-Particle particle_from(uvec4 texels[4]) {
+Particle particle_from(uvec4 texels[5]) {
   const vec4 a = uintBitsToFloat(texels[0]), b = uintBitsToFloat(texels[1]);
-  const uvec4 c = texels[2], d = texels[3];
-  return Particle(a.xyz, a.w, b.xyz, b.w, c.x, c.y, uintBitsToFloat(c.z), uintBitsToFloat(c.w), uintBitsToFloat(d.xyz),
-                  d.w);
+  const uvec4 c = texels[2], d = texels[3], e = texels[4];
+  return Particle(a.xyz, a.w, EllipsoidShape(b.xyz, vec3(b.w, uintBitsToFloat(c.xy))), c.z, c.w, uintBitsToFloat(d.x),
+                  uintBitsToFloat(d.y), d.z, d.w, uintBitsToFloat(e.xyz), e.w);
 }
 
 ParticleLight particle_light_from(uvec4 texels[2]) {
@@ -97,7 +97,7 @@ DrawParticle draw_particle_from(uvec4 texels[10]) {
   p.own_depth_share = t[8].w;
   p.field_per_m = t[9].xy;
   p.structure_depth = t[9].z;
-  p.unused = t[9].w;
+  p.soft_detail = t[9].w;
   return p;
 }
 

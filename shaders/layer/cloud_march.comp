@@ -56,7 +56,7 @@ struct Candidate {
   float near_m, far_m;
   float extinction_per_m, base_m;
   float step_m;
-  float structure_depth;
+  float structure_depth, soft_detail;
   bool homogeneous;
   vec3 to_sun;                           // unit, reference space
   float sun_radius_m;                    // of the ellipsoid along the sun's rays
@@ -113,6 +113,7 @@ bool make_candidate(uint particle, vec3 direction, float from_m, float limit_m, 
   c.extinction_per_m = p.extinction_per_m;
   c.base_m = p.base_m;
   c.structure_depth = p.structure_depth;
+  c.soft_detail = p.soft_detail;
   c.homogeneous = (p.flags & kParticleHomogeneous) != 0u;
   c.step_m = kStepsThroughDiameters * 2.0 / (float(kSteps) * length(c.step));
   light_candidate(p, direction, nearest + mid * c.step, half_chord, c);
@@ -133,11 +134,12 @@ struct Sample {
 void add_candidate(Candidate c, float at_m, float altitude, vec2 noise, inout Sample s) {
   if (at_m < c.near_m || at_m > c.far_m) return;
   const vec3 p = c.start + at_m * c.step;
-  float density = c.homogeneous ? 1.0
-                  : c.structure_depth > 0.0
-                      ? structured_density(dot(p, p), displaced_radius(c.structure_depth, noise.x, noise.y),
-                                           structure_skin(c.structure_depth))
-                      : density_in_particle(p);
+  float density =
+      c.homogeneous          ? 1.0
+      : c.soft_detail >= 0.0 ? particle_profile(max(1.0 - dot(p, p), 0.0), 0u) * soft_variation(c.soft_detail, noise.x)
+      : c.structure_depth > 0.0 ? structured_density(dot(p, p), displaced_radius(c.structure_depth, noise.x, noise.y),
+                                                     structure_skin(c.structure_depth))
+                                : density_in_particle(p);
   if (has_base(c.base_m)) density *= base_fade(altitude - c.base_m);
   if (density <= 0.0) return;
   s.matter = s.matter || density > kFirstMatterDensity;

@@ -124,8 +124,9 @@ float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float
     const float length_m = min(step_m, far_m - near_m - t), at = t + 0.5 * length_m;
     const float at_m = near_m + at, from_mid_m = at_m - chord.mid_m;
     float density = 0.0;
+    const float r2 = chord.b2 + from_mid_m * from_mid_m * step2;
+    const bool soft = kSoftParticles && p.soft_detail >= 0.0;
     if (p.structure_depth > 0.0) {
-      const float r2 = chord.b2 + from_mid_m * from_mid_m * step2;
       const float radius = displaced_radius(p.structure_depth, structure_on(structure, at_m),
                                             broad_structure_on(structure, at_m, broad_depth));
       const float larger = structured_density(r2, min(radius + aside, 1.0), skin);
@@ -133,7 +134,9 @@ float measured_extinction(DrawParticle p, UnitChord chord, vec3 direction, float
       density = 0.5 * (larger + smaller);
       difference += (larger - smaller) * base_fade(base_near_m + climb * at) * length_m;
     }
-    if (kSmoothParticles && p.structure_depth <= 0.0)
+    if (soft)
+      density = particle_profile(max(1.0 - r2, 0.0), 0u) * soft_variation(p.soft_detail, structure_on(structure, at_m));
+    if (kSmoothParticles && p.structure_depth <= 0.0 && !soft)
       density = density_in_particle(chord.start + (at_m - chord.along_m) * chord.step);
     const float matter = density * base_fade(base_near_m + climb * at) * length_m;
     sum += matter;
@@ -167,7 +170,8 @@ bool shade_particle(DrawParticle p, vec3 direction, float limit_m, out BlendSegm
   const vec3 entry = normalize(closest - half_chord * step), exit = normalize(closest + half_chord * step);
   const float h = min(half_chord * length(step), 1.0);
   const bool homogeneous = (p.flags & kParticleHomogeneous) != 0u;
-  const bool structured = p.structure_depth > 0.0;
+  // Particles that the air's structure varies are sampled along the chord.
+  const bool structured = p.structure_depth > 0.0 || (kSoftParticles && p.soft_detail >= 0.0);
   // What the table knows of the chord.
   float density = p.extinction_per_m;
   if (kSmoothParticles && !homogeneous && !structured) {

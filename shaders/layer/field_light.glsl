@@ -7,6 +7,7 @@
 #include "kit/near_beam_fetch.glsl"
 
 layout(constant_id = 20) const bool kLightField = true;       // false: light from tables, and dummies are bound here
+layout(constant_id = 22) const bool kSoftParticles = true;    // false: there are no soft ones
 layout(constant_id = 21) const bool kSmoothParticles = true;  // false: particles are homogeneous or have structure
 layout(set = 0, binding = 20) uniform sampler3D
     light_radiance;  // what the lattice carries, in units of frame.light_unit; depth towards the sun

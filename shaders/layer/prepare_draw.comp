@@ -71,17 +71,14 @@ void main() {
 
   DrawParticle d;
   const vec4 orientation = unpack_orientation(p.orientation);
-  for (int axis = 0; axis < 3; ++axis) {
-    vec3 e = vec3(0.0);
-    e[axis] = 1.0;
-    d.reference_from_render[axis] =
-        quaternion_rotate_inverse(orientation, local_from_render(e, p.yaw_rad) / p.radius_m);
-  }
+  const mat3 to_unit = unit_from_render(p.shape);
+  for (int axis = 0; axis < 3; ++axis)
+    d.reference_from_render[axis] = quaternion_rotate_inverse(orientation, to_unit[axis]);
   d.center_m = p.center_m;
   d.extinction_per_m = p.extinction_per_m;
   d.light_direction = normalize(d.reference_from_render * -frame.sun_direction);
-  const float mean_radius_m = pow(p.radius_m.x * p.radius_m.y * p.radius_m.z, 1.0 / 3.0);
-  d.optical_radius = p.extinction_per_m * mean_radius_m * (homogeneous ? 1.0 : mean_fill);
+  const float radius_m = mean_radius_m(p.shape);
+  d.optical_radius = p.extinction_per_m * radius_m * (homogeneous ? 1.0 : mean_fill);
   d.sun_irradiance = light.sun_irradiance;
   d.tau_sun = light.tau_sun;
   d.tau_gradient_per_m = light.tau_gradient_per_m;
@@ -92,9 +89,10 @@ void main() {
   d.field_place = vec3(0.0);
   d.own_depth_share = 0.0;
   d.field_per_m = vec2(0.0);
-  d.structure_depth = structure_depth(p.radius_m, d.flags);
+  d.structure_depth = structure_depth(radius_m, d.flags);
+  d.soft_detail = frame.detail_enabled != 0u ? soft_detail(p.flags) : min(soft_detail(p.flags), 0.0);
   if (kLightField)
-    place_in_field(p.center_m, light.own_depth, max(max(p.radius_m.x, p.radius_m.y), p.radius_m.z), d);
+    place_in_field(p.center_m, light.own_depth, longest_axis_m(p.shape), d);
   else
     d.ambient_radiance = ambient_radiance(p);
   draw_particles[i] = d;

@@ -27,7 +27,7 @@ void main() {
   const Particle p = particle_at(particles, visible[slot]);
   float distance_m = length(p.center_m);
   if (by_nearest_point != 0u)
-    distance_m = near_bound_m(p.center_m, ellipsoid_extent(p.radius_m, p.yaw_rad, p.center_m / max(distance_m, 1e-6)));
+    distance_m = near_bound_m(p.center_m, ellipsoid_extent(p.shape, p.center_m / max(distance_m, 1e-6)));
   distance_m = max(distance_m, kNearestM);
   keys[slot] = kKeyMax - min((floatBitsToUint(distance_m) - floatBitsToUint(kNearestM)) >> 4u, kKeyMax);
   slots[slot] = slot;

@@ -8,7 +8,6 @@
 // (layer/driver_limit.glsl).
 #include "light/light_lattice_buffer.glsl"
 #include "kit/texels.glsl"
-#include "shared/ellipsoid.h"
 #include "shared/flat_base.h"
 #include "shared/light.h"
 #include "shared/world.h"
@@ -26,14 +25,22 @@ layout(push_constant, scalar) uniform Push {
 
 const float kManyCells = 12.0;
 
+// Half the least width of the silhouette.
+float narrowest_m(Occluder o) {
+  const vec3 shape = o.shape_per_m2;
+  return inversesqrt(0.5 * (shape.x + shape.z) + length(vec2(0.5 * (shape.x - shape.z), shape.y)));
+}
+
 void main() {
   const uint i = gl_GlobalInvocationID.x;
   if (i >= counters.particle_count) return;
   const Particle p = particle_at(particles, i);
+  LightBounds bounds;
+  const Occluder upright = make_occluder(p, mat3(1.0), 0.0, bounds);  // as a sun in the zenith sees it
   const vec3 center_m = grid_from_render(p.center_m, vec3(0.0));
   const float cell_m = lattice.levels[level].cell_m, layer_m = lattice.layer_m;
   const vec2 middle_m = center_m.xy - lattice.levels[level].corner_m;
-  const float across_m = max(p.radius_m.x, p.radius_m.y), narrow_m = min(p.radius_m.x, p.radius_m.y);
+  const float across_m = max(bounds.extent_m.x, bounds.extent_m.y), narrow_m = narrowest_m(upright);
   const float side_m = float(lattice.side) * cell_m;
   if (any(lessThan(middle_m, vec2(-across_m))) || any(greaterThan(middle_m, vec2(side_m + across_m)))) return;
 
@@ -42,24 +49,24 @@ void main() {
   const vec2 first_m = aligned ? floor((middle_m - across_m) / step_m) * step_m : middle_m - across_m;
   const int steps =
       int(ceil((middle_m.x + across_m - min(first_m.x, first_m.y + middle_m.x - middle_m.y)) / step_m)) + 1;
-  const float unit = kLightFixedPoint * p.extinction_per_m * torn_matter(p.flags) * p.radius_m.z * step_m * step_m /
-                     (cell_m * cell_m * layer_m);
-  const float height_m = center_m.z - lattice.lowest_m;
+  const float unit =
+      kLightFixedPoint * upright.extinction_per_m * upright.half_m * step_m * step_m / (cell_m * cell_m * layer_m);
   const float base_m = has_base(p.base_m) ? p.base_m - lattice.lowest_m : -1e9;
   for (int row = int(gl_GlobalInvocationID.y); row < steps; row += int(threads))
     for (int column = 0; column < steps; ++column) {
       const vec2 at_m = first_m + (vec2(column, row) + 0.5) * step_m;
-      const vec2 across = local_from_render(vec3(at_m - middle_m, 0.0), p.yaw_rad).xy / p.radius_m.xy;
-      const float h2 = 1.0 - dot(across, across);
+      const vec2 aside_m = at_m - middle_m;
+      const float h2 = silhouette(upright, aside_m.x, aside_m.y);
       const ivec2 place = ivec2(floor(at_m / cell_m));
       if (h2 <= 0.0 || any(lessThan(place, ivec2(0))) || any(greaterThanEqual(place, ivec2(lattice.side)))) continue;
-      const float half_m = p.radius_m.z * sqrt(h2);
+      const float half_m = upright.half_m * sqrt(h2);
+      const float height_m = center_m.z - lattice.lowest_m + dot(upright.slope, aside_m);  // of the chord's middle
       const float from_m = max(max(height_m - half_m, base_m), 0.0), to_m = height_m + half_m;
       float low_m = from_m;
       for (int z = int(floor(from_m / layer_m)); low_m < to_m && z < int(lattice.height); ++z) {
         const float high_m = min(to_m, float(z + 1) * layer_m);
-        const float matter = profile_integral((high_m - height_m) / p.radius_m.z, h2, p.flags) -
-                             profile_integral((low_m - height_m) / p.radius_m.z, h2, p.flags);
+        const float matter = profile_integral((high_m - height_m) / upright.half_m, h2, p.flags) -
+                             profile_integral((low_m - height_m) / upright.half_m, h2, p.flags);
         const uint amount = uint(max(unit * matter * base_fade(0.5 * (low_m + high_m) - base_m), 0.0) + 0.5);
         if (amount > 0u) atomicAdd(cells[(z * int(lattice.side) + place.y) * int(lattice.side) + place.x], amount);
         low_m = high_m;

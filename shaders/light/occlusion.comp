@@ -45,20 +45,21 @@ void main() {
   light.tau_gradient_per_m = vec3(0.0);
   if ((particle.flags & kParticleEmissive) == 0u) light.sun_irradiance = sun_irradiance(particle.center_m);
   bool wanted = any(greaterThan(light.sun_irradiance, vec3(0.0)));
-  if (kLightField)
-    wanted =
-        wanted &&
-        length(particle.center_m) - max(max(particle.radius_m.x, particle.radius_m.y), particle.radius_m.z) < near_m;
+  if (kLightField) wanted = wanted && length(particle.center_m) - longest_axis_m(particle.shape) < near_m;
   light.own_depth = wanted ? 1.0 : 0.0;
   vec3 points_m[4];
-  for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * tetrahedron_corner(j));
+  // Turned by the particle's own orientation, so that no direction is preferred among many.
+  const vec4 turn = unpack_orientation(particle.orientation);
+  vec3 corners[4];
+  for (uint j = 0u; j < 4u; ++j) corners[j] = quaternion_rotate(turn, tetrahedron_corner(j));
+  for (uint j = 0u; j < 4u; ++j) points_m[j] = particle_point(particle, kDepthSampleRadius * corners[j]);
   const float depths[4] = depths_to_sun(points_m, self, wanted);
   vec3 slope = vec3(0.0);
   for (uint j = 0u; j < 4u; ++j) {
     light.tau_sun += 0.25 * depths[j];
-    slope += depths[j] * tetrahedron_corner(j);
+    slope += depths[j] * corners[j];
   }
   slope *= 0.75 / kDepthSampleRadius;
-  light.tau_gradient_per_m = render_from_local(slope / particle.radius_m, particle.yaw_rad);
+  light.tau_gradient_per_m = unit_from_render(particle.shape) * slope;
   lights[slot] = light;
 }

@@ -553,8 +553,7 @@ NEPHELE_FN Particle render_particle(FieldFrame frame, GridCell cell, CloudPartic
   Particle particle;
   particle.center_m = render_from_grid(made.center_m, frame.camera_grid_m);
   particle.extinction_per_m = frame.field.extinction_per_m * made.density * cell_weight(frame, cell);
-  particle.radius_m = made.radius_m;
-  particle.yaw_rad = made.yaw_rad;
+  particle.shape = upright_shape(made.radius_m, made.yaw_rad);
   particle.orientation = pack_orientation(random_rotation(u0, u1, u2));
   particle.flags = kParticleDetail | (uint(saturate(made.torn) * float(kMostTorn) + 0.5f) << kParticleTornShift) |
                    (cell.ring << kParticleRingShift) | (source << kParticleSourceShift);
@@ -562,6 +561,8 @@ NEPHELE_FN Particle render_particle(FieldFrame frame, GridCell cell, CloudPartic
   particle.top_m = made.top_m;
   particle.radiance_per_sr = vec3(0.0f);
   particle.id = made.id;
+  particle.unused = 0u;
+  particle.unused2 = 0u;
   return particle;
 }
 

@@ -8,16 +8,11 @@
 
 NEPHELE_SHARED_BEGIN
 
-// Half the ellipsoid's extent along a direction of any length.
-NEPHELE_FN float ellipsoid_extent(vec3 radius_m, float yaw_rad, vec3 direction) {
-  return length(local_from_render(direction, yaw_rad) * radius_m);
-}
-
 // How far the ellipsoid reaches in front of the plane through the camera with this inward normal of any length: below 0
 // when it lies wholly behind. The margin covers rounding: 1e-5 of the distance is a hundredth of a pixel.
 NEPHELE_FN float in_front_of(Particle particle, float distance_m, vec3 inward) {
   float margin = 1e-5f * distance_m * length(inward);
-  return dot(inward, particle.center_m) + ellipsoid_extent(particle.radius_m, particle.yaw_rad, inward) + margin;
+  return dot(inward, particle.center_m) + ellipsoid_extent(particle.shape, inward) + margin;
 }
 
 // Whether the planet hides the sphere around the ellipsoid: with radius rho, it does if the segment from the camera
@@ -25,7 +20,7 @@ NEPHELE_FN float in_front_of(Particle particle, float distance_m, vec3 inward) {
 // the ground sees everything.
 NEPHELE_FN bool behind_horizon(Particle particle, float camera_altitude_m) {
   vec3 c = particle.center_m;
-  float rho = max(particle.radius_m.x, max(particle.radius_m.y, particle.radius_m.z));
+  float rho = longest_axis_at_most_m(particle.shape);
   float lowest = clamp(-c.z * (kPlanetRadiusM + camera_altitude_m) / max(dot(c, c), 1.0f), 0.0f, 1.0f);
   bool dips = altitude_m(lowest * c, camera_altitude_m) < -rho - 1.0f;
   bool above_ground = camera_altitude_m > 0.0f;
@@ -34,7 +29,7 @@ NEPHELE_FN bool behind_horizon(Particle particle, float camera_altitude_m) {
 
 NEPHELE_FN bool particle_visible(FrameConstants frame, Particle particle) {
   if (!(particle.extinction_per_m > 0.0f)) return false;
-  if (!(min(particle.radius_m.x, min(particle.radius_m.y, particle.radius_m.z)) > 0.0f)) return false;
+  if (!(shape_determinant(particle.shape) > 0.0f)) return false;
   // Rows of the matrix; the camera is the origin, so the side planes pass through it.
   mat4 m = transpose(frame.clip_from_render);
   vec3 x = vec3(m[0].x, m[0].y, m[0].z);

@@ -154,13 +154,11 @@ NEPHELE_FN uvec2 light_rectangle(LightBounds bounds, float view_distance_m) {
 
 NEPHELE_FN Occluder make_occluder(Particle particle, mat3 light_from_render, float camera_altitude_m,
                                   NEPHELE_OUT(LightBounds) bounds) {
-  // Semi-axes in light space; their outer products sum to the ellipsoid's covariance form.
-  vec3 ex = light_from_render * render_from_local(vec3(1.0f, 0.0f, 0.0f), particle.yaw_rad);
-  vec3 ey = light_from_render * render_from_local(vec3(0.0f, 1.0f, 0.0f), particle.yaw_rad);
-  vec3 ez = light_from_render * vec3(0.0f, 0.0f, 1.0f);
-  vec3 a = ex * particle.radius_m.x;
-  vec3 b = ey * particle.radius_m.y;
-  vec3 c = ez * particle.radius_m.z;
+  // Conjugate semi-axes in light space; their outer products sum to the ellipsoid's covariance form.
+  mat3 axes = light_from_render * shape_matrix(particle.shape);
+  vec3 a = axes[0];
+  vec3 b = axes[1];
+  vec3 c = axes[2];
   float uu = a.x * a.x + b.x * b.x + c.x * c.x;
   float uv = a.x * a.y + b.x * b.y + c.x * c.y;
   float vv = a.y * a.y + b.y * b.y + c.y * c.y;
@@ -174,7 +172,8 @@ NEPHELE_FN Occluder make_occluder(Particle particle, mat3 light_from_render, flo
   float bc = b.x * c.y - b.y * c.x;
   float ca = c.x * a.y - c.y * a.x;
   float inverse_det = 1.0f / (ab * ab + bc * bc + ca * ca);
-  vec3 along = vec3(ex.z / particle.radius_m.x, ey.z / particle.radius_m.y, ez.z / particle.radius_m.z);
+  vec3 towards_sun = transpose(light_from_render)[2];
+  vec3 along = unit_from_render(particle.shape) * towards_sun;
 
   bounds.center_m = light_from_render * particle.center_m;
   vec3 slack_m = 4.0e-6f * (abs(bounds.center_m) + kLightInnerM);
@@ -284,7 +283,7 @@ NEPHELE_FN vec3 tetrahedron_corner(uint i) {
 NEPHELE_CONST(float, kDepthSampleRadius, 0.6f);
 
 NEPHELE_FN vec3 particle_point(Particle particle, vec3 unit_point) {
-  return particle.center_m + render_from_local(unit_point * particle.radius_m, particle.yaw_rad);
+  return particle.center_m + shape_matrix(particle.shape) * unit_point;
 }
 
 #ifdef __cplusplus

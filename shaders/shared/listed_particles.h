@@ -22,8 +22,7 @@ struct SplitPlace {
 
 struct PlacedParticle {
   SplitPlace place;
-  vec3 radius_m;
-  float yaw_rad;
+  EllipsoidShape shape;
   float extinction_per_m;  // times density
   uint orientation;        // as in Particle
   uint flags;
@@ -38,20 +37,21 @@ NEPHELE_FN Particle listed_particle(PlacedParticle source, vec3 offset_m, float 
   Particle particle;
   particle.center_m = render_from_offset(offset_m, camera_altitude_m);
   particle.extinction_per_m = source.extinction_per_m;
-  particle.radius_m = source.radius_m;
-  particle.yaw_rad = source.yaw_rad;
+  particle.shape = source.shape;
   particle.orientation = source.orientation;
   particle.flags = source.flags | (index << kParticleSourceShift);
   particle.base_m = source.base_m;
   particle.top_m = source.top_m;
   particle.radiance_per_sr = source.radiance_per_sr;
   particle.id = source.id;
+  particle.unused = 0u;
+  particle.unused2 = 0u;
   return particle;
 }
 
 #ifdef __cplusplus
 static_assert(sizeof(SplitPlace) == 32);
-static_assert(sizeof(PlacedParticle) == 84);
+static_assert(sizeof(PlacedParticle) == 92);
 
 inline SplitPlace split_place(dvec3 world_m) {
   const GridPlace place = grid_place(world_m);

@@ -70,15 +70,15 @@ NEPHELE_CONST(float, kStructureMean, 0.6f);  // broad domes, narrow creases
 // The noise from the sum over octaves of weight * share * (tile - 0.5).
 NEPHELE_FN float structure_noise(float sum) { return clamp(kStructureMean + sum, 0.0f, 1.0f); }
 
-// How far the noise moves the surface of a particle of these semi-axes, in its radii; 0: it has no structure.
+// How far the noise moves the surface of a particle of this mean radius, in its radii; 0: it has no structure.
 NEPHELE_CONST(float, kStructureDeepest, 0.6f);
 NEPHELE_CONST(float, kStructureDepthM, 150.0f);
 // Torn ones, edges that evaporate and wisps, are moved much farther, so that they fall into shreds.
 NEPHELE_CONST(float, kTornDepth, 2.0f);
-NEPHELE_FN float structure_depth(vec3 radius_m, uint flags) {
+NEPHELE_FN float structure_depth(float radius_m, uint flags) {
   if ((flags & kParticleDetail) == 0u) return 0.0f;
   float torn = float((flags >> kParticleTornShift) & kMostTorn) / float(kMostTorn);
-  float whole = min(kStructureDeepest, kStructureDepthM / pow(radius_m.x * radius_m.y * radius_m.z, 1.0f / 3.0f));
+  float whole = min(kStructureDeepest, kStructureDepthM / radius_m);
   return mix(whole, kTornDepth, torn);
 }
 
@@ -119,6 +119,16 @@ NEPHELE_FN float structured_density(float r2, float radius, float skin) {
   float q = clamp((1.0f - r2 / (radius * radius)) / skin, 0.0f, 1.0f);
   return q * q * (3.0f - 2.0f * q);
 }
+
+// A soft particle has no surface to be displaced: many of them overlap where a volume has been made into particles, and
+// their sum is the volume's density. The noise makes that density more and less, in proportion, so that its mean stays
+// whatever the footprint of a pixel leaves of the noise. Below 0: the particle is not soft.
+NEPHELE_CONST(float, kSoftDetail, 1.6f);  // at full detail; at 1 / kStructureMean the thinnest places are empty
+NEPHELE_FN float soft_detail(uint flags) {
+  float share = float((flags >> kParticleSoftShift) & kMostSoftDetail) / float(kMostSoftDetail);
+  return (flags & kParticleSoft) != 0u ? kSoftDetail * share : -1.0f;
+}
+NEPHELE_FN float soft_variation(float detail, float noise) { return 1.0f + detail * (noise - kStructureMean); }
 
 NEPHELE_SHARED_END
 

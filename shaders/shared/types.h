@@ -5,6 +5,7 @@
 #ifndef NEPHELE_SHARED_TYPES_H
 #define NEPHELE_SHARED_TYPES_H
 
+#include "ellipsoid.h"
 #include "prelude.h"
 
 NEPHELE_SHARED_BEGIN
@@ -41,22 +42,26 @@ struct FrameConstants {
 NEPHELE_CONST(uint, kParticleHomogeneous, 1u);  // constant extinction inside the ellipsoid
 NEPHELE_CONST(uint, kParticleEmissive, 2u);     // radiance_per_sr is the source colour; no lighting
 NEPHELE_CONST(uint, kParticleDetail, 4u);       // surface displaced by the air's structure (structure.h)
-NEPHELE_CONST(uint, kParticleRingShift, 8u);    // bits 8 .. 10: the ring of a field's particle
-NEPHELE_CONST(uint, kParticleTornShift, 11u);   // bits 11 .. 15: how torn its structure is, of kMostTorn (structure.h)
+NEPHELE_CONST(uint, kParticleSoft, 8u);         // falls off as particle_profile (light.h)
+NEPHELE_CONST(uint, kParticleSoftShift, 4u);    // bits 4 .. 7: detail of a soft one, of kMostSoftDetail (structure.h)
+NEPHELE_CONST(uint, kMostSoftDetail, 15u);
+NEPHELE_CONST(uint, kParticleRingShift, 8u);   // bits 8 .. 10: the ring of a field's particle
+NEPHELE_CONST(uint, kParticleTornShift, 11u);  // bits 11 .. 15: how torn its structure is, of kMostTorn (structure.h)
 NEPHELE_CONST(uint, kMostTorn, 31u);
 NEPHELE_CONST(uint, kParticleSourceShift, 16u);  // bits 16 .. 31: index of the source that made it
 
 struct Particle {
   vec3 center_m;           // render space
   float extinction_per_m;  // peak, times density and level-of-detail weight; 0 is never listed
-  vec3 radius_m;           // semi-axes: x and y turned by yaw, z up
-  float yaw_rad;           // clockwise from north, seen from above
-  uint orientation;        // of the reference particle inside: quaternion as snorm8x4 (packSnorm4x8, xyzw)
+  EllipsoidShape shape;    // in render space
   uint flags;
-  float base_m;          // altitude of the flat base that cuts the particle off; kNoBaseM: none (flat_base.h)
-  float top_m;           // altitude of the cloud's top above this particle, for sky light; own top if listed
+  uint orientation;  // of the reference particle in its unit space: quaternion as snorm8x4 (packSnorm4x8, xyzw)
+  float base_m;      // altitude of the flat base that cuts the particle off; kNoBaseM: none (flat_base.h)
+  float top_m;       // altitude of the cloud's top above this particle, for sky light; own top if listed
+  uint id;           // hash of its cell and slot: breaks ties, seeds noise
+  uint unused;
   vec3 radiance_per_sr;  // source colour when kParticleEmissive
-  uint id;               // hash of its cell and slot: breaks ties, seeds noise
+  uint unused2;
 };
 
 // Sunlight at one visible particle (same index as the visible list).
@@ -86,7 +91,7 @@ struct DrawParticle {
   float own_depth_share;  // of the depth towards the sun by tau_sun and the particle itself; the rest by the field
   vec2 field_per_m;       // unit coordinates a metre across and up
   float structure_depth;  // of its surface (structure.h), 0: none
-  float unused;
+  float soft_detail;      // how strongly the air's structure varies its density (structure.h), below 0: it is not soft
 };
 
 // What one source of clouds has put into the particle buffer, and what passes may assume about its clouds.
@@ -120,7 +125,7 @@ struct FrameCounters {
 NEPHELE_SHARED_END
 
 #ifdef __cplusplus
-static_assert(sizeof(nephele::shared::Particle) == 64);
+static_assert(sizeof(nephele::shared::Particle) == 80);
 static_assert(sizeof(nephele::shared::ParticleLight) == 32);
 static_assert(sizeof(nephele::shared::DrawParticle) == 160);
 static_assert(sizeof(nephele::shared::SourceRecord) == 28);

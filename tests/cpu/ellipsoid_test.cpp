@@ -1,10 +1,12 @@
 // Rays against ellipsoids, compared with the quadratic formula in doubles; rotations and the octahedral map.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "shared/ellipsoid.h"
+#include "tests/support/shapes.h"
 
 using namespace nephele::shared;
 using glm::dvec3;
@@ -16,10 +18,9 @@ struct TrueHit {
   double near = 0, far = 0;
 };
 
-// Yaw clockwise from north: local y points at (sin yaw, cos yaw).
-TrueHit quadratic(dvec3 origin, dvec3 direction, dvec3 center, dvec3 radius, double yaw) {
-  const dvec3 east(std::cos(yaw), -std::sin(yaw), 0), north(std::sin(yaw), std::cos(yaw), 0);
-  const auto unit = [&](dvec3 v) { return dvec3(dot(v, east), dot(v, north), v.z) / radius; };
+TrueHit quadratic(dvec3 origin, dvec3 direction, dvec3 center, const EllipsoidShape& shape) {
+  const glm::dmat3 inverse = nephele::test::unit_matrix_of(shape);
+  const auto unit = [&](dvec3 v) { return inverse * v; };
   const dvec3 o = unit(origin - center), d = unit(direction);
   const double a = dot(d, d), b = dot(o, d), c = dot(o, o) - 1, root = b * b - a * c;
   if (root < 0) return {};
@@ -47,10 +48,10 @@ TEST_CASE("ellipsoid chords agree with the quadratic formula in doubles at any d
       const vec3 aim =
           center + 0.95f * min(radius.x, min(radius.y, radius.z)) * unit(random) * random_direction(random);
       const vec3 direction = distance_m > 0 ? normalize(aim) : random_direction(random);
-      const float yaw = 6.2831853f * unit(random);
+      const EllipsoidShape shape = nephele::test::shape_along(nephele::test::random_axes(random), dvec3(radius));
       EllipsoidHit hit;
-      const bool meets = intersect_ellipsoid(vec3(0.0f), direction, center, radius, yaw, hit);
-      const TrueHit truth = quadratic(dvec3(0), dvec3(direction), dvec3(center), dvec3(radius), yaw);
+      const bool meets = intersect_ellipsoid(vec3(0.0f), direction, center, shape, hit);
+      const TrueHit truth = quadratic(dvec3(0), dvec3(direction), dvec3(center), shape);
       // A direction is rounded too: at 1e6 m it may leave a thin ellipsoid.
       if (truth.meets != meets) {
         CHECK(distance_m >= 1e6f);
@@ -72,14 +73,17 @@ TEST_CASE("ellipsoid chords agree with the quadratic formula in doubles at any d
 TEST_CASE("entry and exit are the ends of the chord in unit space") {
   EllipsoidHit hit;
   // Radii 10, 20, 30; yaw 90 degrees turns the long horizontal axis from north to east.
-  REQUIRE(intersect_ellipsoid(vec3(-100, 0, 0), vec3(1, 0, 0), vec3(0.0f), vec3(10, 20, 30), kPi / 2, hit));
+  REQUIRE(
+      intersect_ellipsoid(vec3(-100, 0, 0), vec3(1, 0, 0), vec3(0.0f), upright_shape(vec3(10, 20, 30), kPi / 2), hit));
   CHECK(hit.mid_m == doctest::Approx(100));
   CHECK(hit.half_m == doctest::Approx(20));
-  CHECK(hit.entry.y == doctest::Approx(-1));
-  CHECK(hit.exit.y == doctest::Approx(1));
-  CHECK_FALSE(intersect_ellipsoid(vec3(-100, 0, 31), vec3(1, 0, 0), vec3(0.0f), vec3(10, 20, 30), 0.0f, hit));
+  // Unit space is not turned: the ray still runs along x.
+  CHECK(hit.entry.x == doctest::Approx(-1));
+  CHECK(hit.exit.x == doctest::Approx(1));
+  CHECK_FALSE(
+      intersect_ellipsoid(vec3(-100, 0, 31), vec3(1, 0, 0), vec3(0.0f), upright_shape(vec3(10, 20, 30), 0.0f), hit));
   // From inside: the middle may lie behind.
-  REQUIRE(intersect_ellipsoid(vec3(0, 5, 0), vec3(0, 1, 0), vec3(0.0f), vec3(10, 20, 30), 0.0f, hit));
+  REQUIRE(intersect_ellipsoid(vec3(0, 5, 0), vec3(0, 1, 0), vec3(0.0f), upright_shape(vec3(10, 20, 30), 0.0f), hit));
   CHECK(hit.mid_m == doctest::Approx(-5));
 }
 
@@ -129,5 +133,42 @@ TEST_CASE("the octahedral map is a round trip, folds along its border and keeps 
   for (const float t : {0.0f, 0.1f, 0.3f, 0.5f}) {
     CHECK(length(octahedral_decode(vec2(t, 0)) - octahedral_decode(vec2(1 - t, 0))) < 1e-6f);
     CHECK(length(octahedral_decode(vec2(1, t)) - octahedral_decode(vec2(1, 1 - t))) < 1e-6f);
+  }
+}
+
+TEST_CASE("an ellipsoid's shape: determinant, inverse, extents and bounds, tilted, flat and long") {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (int i = 0; i < 500; ++i) {
+    const dvec3 radius(std::exp2(10 * unit(random) - 3), std::exp2(7 * unit(random)), std::exp2(7 * unit(random)));
+    const EllipsoidShape shape = nephele::test::shape_along(nephele::test::random_axes(random), radius);
+    const double longest = std::max({radius.x, radius.y, radius.z}),
+                 shortest = std::min({radius.x, radius.y, radius.z});
+    // The shape is rounded to floats: what cancels loses the ratio of the axes.
+    const double loss = 1e-6 * longest / shortest;
+    CHECK(mean_radius_m(shape) == doctest::Approx(std::cbrt(radius.x * radius.y * radius.z)).epsilon(4 * loss));
+    const glm::dmat3 back = glm::dmat3(unit_from_render(shape)) * nephele::test::matrix_of(shape);
+    for (int k = 0; k < 3; ++k)
+      for (int j = 0; j < 3; ++j) CHECK(std::abs(back[k][j] - (j == k ? 1.0 : 0.0)) < 20 * loss);
+    CHECK(longest_axis_m(shape) == doctest::Approx(longest).epsilon(1e-5));
+    CHECK(longest_axis_at_most_m(shape) >= longest * (1 - 1e-6));
+    CHECK(longest_axis_at_most_m(shape) <= longest * 1.7321);
+    const dvec3 direction(random_direction(random));
+    CHECK(ellipsoid_extent(shape, vec3(direction)) ==
+          doctest::Approx(glm::length(nephele::test::matrix_of(shape) * direction)).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("a yaw as quaternion, as matrix and as turned axes is the same turn") {
+  for (const float yaw : {0.0f, 0.4f, 1.5f, 3.0f, -2.0f}) {
+    const vec3 v(0.3f, -0.7f, 0.2f);
+    CHECK(length(quaternion_rotate(yaw_rotation(yaw), v) - render_from_local(v, yaw)) < 1e-6f);
+    const vec4 own = random_rotation(0.3f, 0.6f, 0.9f);
+    CHECK(length(quaternion_rotate(quaternion_product(yaw_rotation(yaw), own), v) -
+                 render_from_local(quaternion_rotate(own, v), yaw)) < 1e-6f);
+    // The shape's first axis is where yaw turns east.
+    const EllipsoidShape shape = upright_shape(vec3(50, 20, 30), yaw);
+    const vec3 axis = render_from_local(vec3(1, 0, 0), yaw);
+    CHECK(length(shape_matrix(shape) * axis - 50.0f * axis) < 1e-4f);
   }
 }

@@ -1,5 +1,6 @@
 // The path tracer's medium against its definition and against closed forms.
 #include "tools/path_tracer/extinction_field.h"
+#include "tests/support/shapes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,9 +22,7 @@ namespace {
 
 // The definition, in doubles: the reference particle itself in the particle's frame, cut at its base.
 double true_extinction(const shared::Particle& p, dvec3 at) {
-  const double s = std::sin(double(p.yaw_rad)), c = std::cos(double(p.yaw_rad));
-  const dvec3 v = at - dvec3(p.center_m);
-  const dvec3 unit((c * v.x - s * v.y) / p.radius_m.x, (s * v.x + c * v.y) / p.radius_m.y, v.z / p.radius_m.z);
+  const dvec3 unit = unit_matrix_of(p.shape) * (at - dvec3(p.center_m));
   if (glm::dot(unit, unit) >= 1) return 0;
   const glm::vec4 q = shared::unpack_orientation(p.orientation);
   const dvec3 turned = glm::inverse(glm::dquat(q.w, q.x, q.y, q.z)) * unit;

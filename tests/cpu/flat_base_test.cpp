@@ -29,7 +29,7 @@ TEST_CASE("every altitude is a base, and no base stays none with an altitude add
   // An occluder keeps its base as a height over its centre.
   Particle particle{};
   particle.center_m = {3000, -200, 900};
-  particle.radius_m = {200, 150, 80};
+  particle.shape.diagonal_m = {200, 150, 80};
   LightBounds bounds;
   for (const float base_m : {kNoBaseM, 1900.0f}) {
     particle.base_m = base_m;

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "engine/scene.h"
+#include "tests/support/key_table.h"
 #include "tests/support/support.h"
 
 using namespace nephele;
@@ -163,45 +164,8 @@ TEST_CASE("JSON: the list of keys says in values what it says in words") {
   }
 }
 
-namespace {
-
-// The cells of a Markdown table's row without the spaces around them; a backslash keeps a bar in its cell.
-std::vector<std::string> cells_of(const std::string& row) {
-  std::vector<std::string> cells(1);
-  for (std::size_t i = 1; i < row.size(); ++i) {
-    if (row[i] == '|')
-      cells.emplace_back();
-    else if (row[i] != '\\')
-      cells.back() += row[i];
-  }
-  cells.pop_back();
-  for (std::string& cell : cells) {
-    cell.erase(0, cell.find_first_not_of(' '));
-    cell.erase(cell.find_last_not_of(' ') + 1);
-  }
-  return cells;
-}
-
-// The unit that a key's name ends in, as the document spells it.
-std::string unit_of(const std::string& path) {
-  using Pair = std::pair<const char*, const char*>;
-  for (const auto& [ending, unit] : {Pair{"_m_per_s", "m/s"}, Pair{"_per_m", "1/m"}, Pair{"_m", "m"},
-                                     Pair{"_deg", "degrees"}, Pair{"_s", "s"}, Pair{"_ev", "stops"}})
-    if (path.ends_with(ending)) return unit;
-  return "";
-}
-
-}  // namespace
-
 TEST_CASE("docs/scene_file.md: the tables of keys are the reader's own") {
-  const std::string text = test::read_file(std::string(NEPHELE_SOURCE_DIR) + "/docs/scene_file.md");
-  std::vector<std::vector<std::string>> rows;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string line = text.substr(at, end - at);
-    if (line.starts_with("| `")) rows.push_back(cells_of(line));
-    at = end + 1;
-  }
+  const auto rows = test::key_table_rows(test::read_file(std::string(NEPHELE_SOURCE_DIR) + "/docs/scene_file.md"));
   // Some sources have the keys of "clouds" or of "particles": the document refers to those, so they must be the same.
   std::vector<JsonKey> keys, repeated;
   for (JsonKey key : scene_keys()) {
@@ -226,17 +190,7 @@ TEST_CASE("docs/scene_file.md: the tables of keys are the reader's own") {
       return other.path == key.path && other.accepted == key.accepted && other.default_value == key.default_value;
     }));
   }
-  for (std::size_t i = 0; i < std::max(rows.size(), keys.size()); ++i) {
-    REQUIRE_MESSAGE(i < rows.size(), "the document lacks ", keys[i].path);
-    REQUIRE_MESSAGE(i < keys.size(), "no such key: ", rows[i][0]);
-    CAPTURE(rows[i][0]);
-    REQUIRE(rows[i].size() == 5);  // key, meaning, unit, accepted, default
-    CHECK(rows[i][0] == '`' + keys[i].path + '`');
-    CHECK_FALSE(rows[i][1].empty());
-    if (const std::string unit = unit_of(keys[i].path); !unit.empty()) CHECK(rows[i][2] == unit);
-    CHECK(rows[i][3] == keys[i].accepted);
-    CHECK(rows[i][4] == keys[i].default_value);
-  }
+  test::check_key_table(rows, keys);
 }
 
 TEST_CASE("scene keys: each is listed once, and its default is itself a value that the reader accepts") {

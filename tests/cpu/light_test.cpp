@@ -149,7 +149,7 @@ TEST_CASE("optical depth of one particle: partial, clipped and grazing chords ag
     const double depth = occluder_depth(occluder, light * point, vec3(light[2]));
     // Positions of 2 km in float are good to 2.4e-4 m; a chord that ends at a grazing angle turns a shift e into
     // sqrt(2 r e), and the base plane of a sun on the horizon turns it into the whole chord (not met at random).
-    const double radius = max(particle.radius_m.x, max(particle.radius_m.y, particle.radius_m.z));
+    const double radius = longest_axis_at_most_m(particle.shape);
     CHECK(std::abs(depth - expected) <= particle.extinction_per_m * (0.02 + 2.0 * std::sqrt(2.0 * radius * 3e-4)));
     some += expected > 0.0;
   }
@@ -164,7 +164,7 @@ TEST_CASE("a point without any chord sees no depth, however far or flat the part
   LightBounds bounds;
   for (vec3 radius : {vec3(0.001f), vec3(1000.0f, 1000.0f, 0.01f), vec3(300.0f, 20.0f, 100.0f)})
     for (float along : {-1e5f, -1e-3f, 0.0f, 1e-3f, 1e5f}) {
-      particle.radius_m = radius;
+      particle.shape = {radius, vec3(0.0f)};
       particle.center_m = vec3(10.0f, 20.0f, 30.0f);
       const Occluder occluder = make_occluder(particle, light, 1500.0f, bounds);
       const vec3 up = light[2];

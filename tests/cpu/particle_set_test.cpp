@@ -7,9 +7,9 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <span>
 
 #include "engine/npy.h"
-#include "shared/ellipsoid.h"
 #include "tests/support/support.h"
 
 using namespace nephele;
@@ -30,6 +30,7 @@ ParticleSet small_set() {
                              .off_diagonal_m = {5.0f * f, 0.0f, 0.0f},
                              .extinction_per_m = 0.01f * f});
   }
+  give_particles_base_and_top(set);
   return set;
 }
 
@@ -88,7 +89,7 @@ TEST_CASE("particle set: a flipped bit anywhere in the data is found") {
   const std::string json = dir / "cloud.json", npy = dir / "cloud.npy";
   REQUIRE(save_particle_set(json, small_set()));
   const std::string whole = test::read_file(npy);
-  const std::size_t data_at = whole.size() - small_set().particles.size() * 40;
+  const std::size_t data_at = whole.size() - small_set().particles.size() * sizeof(SetParticle);
   for (std::size_t i = data_at; i < whole.size(); ++i) {
     std::string damaged = whole;
     damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
@@ -111,11 +112,11 @@ TEST_CASE("particle set: a description that does not fit is refused, each fault 
     CHECK(line.find('\n') == std::string::npos);
     return line;
   };
-  CHECK(contains(with("\"count\": 7", "\"count\": 6"), "not the 6 rows of 10 columns"));
+  CHECK(contains(with("\"count\": 7", "\"count\": 6"), "not the 6 rows of 13 columns"));
   CHECK(contains(with("\"count\": 7", "\"count\": 0"), "count is 0; accepted: a whole number from 1"));
   CHECK(contains(with("center_x", "center_y"), "column 0 is \"center_y\" in m; accepted: \"center_x\" in m"));
   CHECK(contains(with("\"1/m\"", "\"1/km\""), "column 9 is \"extinction\" in 1/km"));
-  CHECK(contains(with("\"extinction\"", "\"extinction\", \"more\""), "columns: 11, units: 10"));
+  CHECK(contains(with("\"extinction\"", "\"extinction\", \"more\""), "columns: 14, units: 13"));
   CHECK(contains(with("nephele particle set", "a table"), "format is \"a table\""));
   CHECK(contains(with("\"version\": 1", "\"version\": 2"), "version is 2"));
   CHECK(contains(with("\"base_m\": -20.0", "\"base_m\": 2e7"), "base_m is"));
@@ -152,7 +153,7 @@ TEST_CASE("particle set: values that make no particle are refused, saving and lo
   REQUIRE(save_particle_set(json, small_set()));
   Result<NpyArray> array = read_npy(dir / "cloud.npy");
   REQUIRE(array);
-  std::memcpy(array->data.data() + 40, &nan, sizeof nan);
+  std::memcpy(array->data.data() + sizeof(SetParticle), &nan, sizeof nan);
   std::string text = test::read_file(json);
   const std::size_t at = text.find("\"hash\": \"") + 9;
   REQUIRE(write_npy(dir / "cloud.npy", *array));
@@ -165,11 +166,11 @@ TEST_CASE("particle set: further columns are left alone") {
   const std::string json = dir / "cloud.json";
   const ParticleSet set = small_set();
   REQUIRE(save_particle_set(json, set));
-  NpyArray wide{ElementType::float32, {set.particles.size(), 11}, {}};
+  NpyArray wide{ElementType::float32, {set.particles.size(), 14}, {}};
   std::vector<float> values;
   for (const SetParticle& p : set.particles) {
     const auto* row = reinterpret_cast<const float*>(&p);
-    values.insert(values.end(), row, row + 10);
+    values.insert(values.end(), row, row + 13);
     values.push_back(1234.0f);
   }
   const auto bytes = std::as_bytes(std::span(values));
@@ -179,8 +180,8 @@ TEST_CASE("particle set: further columns are left alone") {
   const auto put = [&](const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
   };
-  put("\"extinction\"", "\"extinction\", \"temperature\"");
-  put("\"1/m\"", "\"1/m\", \"K\"");
+  put("\"seed\"", "\"seed\", \"temperature\"");
+  put("\"1\"", "\"1\", \"K\"");
   text.replace(text.find("\"hash\": \"") + 9, 16, hex64(fnv1a(wide.data)));
   test::write_file(json, text);
   const Result<ParticleSet> back = load_particle_set(json);
@@ -189,31 +190,66 @@ TEST_CASE("particle set: further columns are left alone") {
   CHECK(back->particles[6].extinction_per_m == set.particles[6].extinction_per_m);
 }
 
-TEST_CASE("particle set: radii and yaw of a scene's particles make the shape again") {
+TEST_CASE("particle set: bases, tops and seeds a particle, shape, detail and coarser levels come back") {
+  const TempDirectory dir;
+  const std::string json = dir / "cloud.json";
   ParticleSet set = small_set();
-  for (const float xy : {0.0f, 12.0f, -30.0f, 60.0f})
-    for (const glm::vec2 diagonal : {glm::vec2(90, 70), glm::vec2(70, 90), glm::vec2(80, 80)}) {
-      set.particles[0].diagonal_m = {diagonal, 33.0f};
-      set.particles[0].off_diagonal_m.x = xy;
-      const Result<std::vector<ListedParticle>> listed = listed_particles(set);
-      REQUIRE(listed);
-      const ListedParticle& p = (*listed)[0];
-      glm::dvec3 sum(0.0);  // xx, yy, xy of the axes' outer products
-      for (int axis = 0; axis < 2; ++axis) {
-        glm::vec3 e(0.0f);
-        e[axis] = 1.0f;
-        const glm::dvec3 d(shared::render_from_local(e, static_cast<float>(p.yaw_rad)));
-        sum += static_cast<double>(p.radius_m[axis]) * glm::dvec3(d.x * d.x, d.y * d.y, d.x * d.y);
-      }
-      CHECK(sum.x == doctest::Approx(diagonal.x).epsilon(1e-5));
-      CHECK(sum.y == doctest::Approx(diagonal.y).epsilon(1e-5));
-      CHECK(sum.z == doctest::Approx(xy).epsilon(1e-5));
-      CHECK(p.radius_m.z == 33.0f);
-      CHECK(p.base_m == -20.0f);
-      CHECK(p.top_m == 310.0f);
-    }
-  set.particles[4].off_diagonal_m.y = 3.0f;
-  const Result<std::vector<ListedParticle>> tilted = listed_particles(set);
-  REQUIRE_FALSE(tilted);
-  CHECK(tilted.error().message == "particle 4 is tilted: shape_xz is 3, shape_yz is 0; accepted: 0");
+  set.shape = ParticleShape::soft;
+  set.detail = 0.25f;
+  for (std::size_t i = 0; i < set.particles.size(); ++i) {
+    set.particles[i].base_m = -20.0f + static_cast<float>(i);
+    set.particles[i].top_m = 310.0f - static_cast<float>(i);
+    set.particles[i].seed = kMaxParticleSeed - static_cast<float>(i);
+  }
+  ParticleSet coarse = set;
+  coarse.particles.resize(3);
+  set.coarser = {coarse, coarse};
+  set.coarser[1].particles.resize(1);
+  REQUIRE(save_particle_set(json, set));
+  CHECK(dir.entries() == std::vector<std::string>{"cloud.json", "cloud.npy", "cloud_1.json", "cloud_1.npy",
+                                                  "cloud_2.json", "cloud_2.npy"});
+  const Result<ParticleSet> back = load_particle_set(json);
+  if (!back) FAIL(back.error().message);
+  CHECK(*back == set);
+  // Levels of levels, levels that are missing and values out of range are faults.
+  std::filesystem::remove(dir / "cloud_2.npy");
+  CHECK(contains(complaint(json), "cloud.json: coarser: "));
+  CHECK(contains(complaint(json), "cloud_2.npy"));
+  ParticleSet deep = set;
+  deep.coarser[0].coarser = {coarse};
+  CHECK(contains(save_particle_set(json, deep).error().message, "coarser level 1 has coarser levels itself"));
+  const auto saved = [&](auto&& change) {
+    ParticleSet bad = set;
+    change(bad);
+    const Result<void> ok = save_particle_set(json, bad);
+    return ok ? std::string("accepted") : ok.error().message;
+  };
+  CHECK(contains(saved([](ParticleSet& s) { s.particles[1].seed = 0.5f; }), "particle 1: seed is 0.5"));
+  CHECK(contains(saved([](ParticleSet& s) { s.particles[1].seed = 2e7f; }), "particle 1: seed is"));
+  CHECK(contains(saved([](ParticleSet& s) { s.particles[1].base_m = -21.0f; }), "particle 1: base is -21"));
+  CHECK(contains(saved([](ParticleSet& s) { s.particles[1].top_m = 311.0f; }), "top 311"));
+  CHECK(contains(saved([](ParticleSet& s) { s.detail = 1.5f; }), "detail is 1.5; accepted: 0 to 1"));
+  CHECK(contains(saved([&](ParticleSet& s) { s.coarser.resize(7, coarse); }), "7 coarser levels; accepted: at most 6"));
+}
+
+TEST_CASE("particle set: ten columns are enough, as others write them") {
+  const TempDirectory dir;
+  const std::string json = dir / "cloud.json";
+  const ParticleSet set = small_set();
+  NpyArray narrow{ElementType::float32, {set.particles.size(), 10}, {}};
+  for (const SetParticle& p : set.particles) {
+    const auto row = std::as_bytes(std::span(&p, 1));
+    narrow.data.insert(narrow.data.end(), row.begin(), row.begin() + 40);
+  }
+  REQUIRE(write_npy(dir / "cloud.npy", narrow));
+  test::write_file(json, R"({"format": "nephele particle set", "version": 1,
+    "columns": ["center_x", "center_y", "center_z", "shape_xx", "shape_yy", "shape_zz", "shape_xy", "shape_xz",
+                "shape_yz", "extinction"],
+    "units": ["m", "m", "m", "m", "m", "m", "m", "m", "m", "1/m"],
+    "count": 7, "base_m": -20, "top_m": 310, "hash": ")" +
+                             hex64(fnv1a(narrow.data)) +
+                             R"(", "source": {"name": "test", "parameters": {"seed": 3}}})");
+  const Result<ParticleSet> back = load_particle_set(json);
+  if (!back) FAIL(back.error().message);
+  CHECK(*back == set);
 }

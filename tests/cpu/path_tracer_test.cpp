@@ -1,5 +1,6 @@
 // The path tracer on closed cases, whose answers are known without it.
 #include "tools/path_tracer/path_tracer.h"
+#include "tools/path_tracer/extinction_field.h"
 
 #include <doctest/doctest.h>
 

@@ -70,7 +70,7 @@ TEST_CASE("structure: octaves give way before a pixel hides their billows") {
 
 TEST_CASE("structure: a displaced ball keeps its mean radius whatever its size, and its bounds") {
   for (const float radius_m : {20.0f, 150.0f, 220.0f, 1000.0f, 5000.0f}) {
-    const float depth = structure_depth(vec3(radius_m), kParticleDetail);
+    const float depth = structure_depth(radius_m, kParticleDetail);
     CHECK((depth > 0.0f && depth <= kStructureDeepest));
     CHECK(displaced_radius(depth, kStructureMean, 0.0f) == kStructureMeanRadius);
     for (float noise = 0.0f; noise <= 1.0f; noise += 0.01f) {
@@ -80,6 +80,25 @@ TEST_CASE("structure: a displaced ball keeps its mean radius whatever its size, 
       CHECK(structured_density(0.0f, r, structure_skin(depth)) == 1.0f);
     }
   }
-  CHECK(structure_depth(vec3(100.0f), 0u) == 0.0f);
-  CHECK(structure_depth(vec3(100.0f), kParticleDetail | (kMostTorn << kParticleTornShift)) == kTornDepth);
+  CHECK(structure_depth(100.0f, 0u) == 0.0f);
+  CHECK(structure_depth(100.0f, kParticleDetail | (kMostTorn << kParticleTornShift)) == kTornDepth);
+}
+
+TEST_CASE("structure: detail varies a soft particle's density about its mean and never below nothing") {
+  const uint full = kParticleSoft | kMostSoftDetail << kParticleSoftShift;
+  CHECK(soft_detail(0u) < 0.0f);
+  CHECK(soft_detail(kParticleSoft) == 0.0f);
+  CHECK(soft_detail(full) == kSoftDetail);
+  CHECK(soft_variation(kSoftDetail, 0.0f) >= 0.0f);
+  CHECK(soft_variation(kSoftDetail, kStructureMean) == 1.0f);
+  // The noise's mean over the air is kStructureMean, so matter stays: over a lattice that no octave has a period of.
+  double sum = 0.0;
+  const nephele::test::StructureOracle& noise = nephele::test::structure_oracle();
+  constexpr int kSide = 24;
+  for (int x = 0; x < kSide; ++x)
+    for (int y = 0; y < kSide; ++y)
+      for (int z = 0; z < kSide; ++z)
+        sum += static_cast<double>(
+            soft_variation(kSoftDetail, static_cast<float>(noise(dvec3(x, y, z) * 53.7 + dvec3(0.3, 11.0, 900.0)))));
+  CHECK(std::abs(sum / (kSide * kSide * kSide) - 1.0) < 0.02);
 }

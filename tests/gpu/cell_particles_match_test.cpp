@@ -57,9 +57,10 @@ void compare(const FieldFrame& frame) {
       CHECK((a.flags & ~torn) == (b.flags & ~torn));
       CHECK(std::abs(static_cast<int>(a.flags & torn) - static_cast<int>(b.flags & torn)) <=
             1 << shared::kParticleTornShift);
-      const float scale = glm::max(b.radius_m.x, b.radius_m.z);
+      const float scale = shared::longest_axis_at_most_m(b.shape);
       const bool near = glm::length(a.center_m - b.center_m) < 0.02f * scale + 1.0f &&
-                        glm::length(a.radius_m - b.radius_m) < 0.02f * scale &&
+                        glm::length(a.shape.diagonal_m - b.shape.diagonal_m) < 0.02f * scale &&
+                        glm::length(a.shape.off_diagonal_m - b.shape.off_diagonal_m) < 0.02f * scale &&
                         std::fabs(a.extinction_per_m - b.extinction_per_m) < 0.02f * frame.field.extinction_per_m &&
                         std::fabs(a.base_m - b.base_m) < 0.5f &&
                         std::fabs(a.top_m - b.top_m) < 0.02f * frame.field.thickness_m;

@@ -10,6 +10,7 @@
 #include "shared/heightfield.h"
 #include "shared/light_lattice.h"
 #include "shared/listed_particles.h"
+#include "shared/set_instances.h"
 #include "shared/types.h"
 
 using namespace nephele;
@@ -69,9 +70,9 @@ TEST_CASE("FrameConstants") {
 TEST_CASE("Particle") {
   check_layout(
       shaders::particles_comp, "Particle",
-      {MEMBER(Particle, center_m), MEMBER(Particle, extinction_per_m), MEMBER(Particle, radius_m),
-       MEMBER(Particle, yaw_rad), MEMBER(Particle, orientation), MEMBER(Particle, flags), MEMBER(Particle, base_m),
-       MEMBER(Particle, top_m), MEMBER(Particle, radiance_per_sr), MEMBER(Particle, id)});
+      {MEMBER(Particle, center_m), MEMBER(Particle, extinction_per_m), MEMBER(Particle, shape), MEMBER(Particle, flags),
+       MEMBER(Particle, orientation), MEMBER(Particle, base_m), MEMBER(Particle, top_m), MEMBER(Particle, id),
+       MEMBER(Particle, unused), MEMBER(Particle, radiance_per_sr), MEMBER(Particle, unused2)});
 }
 
 TEST_CASE("ParticleLight") {
@@ -89,7 +90,7 @@ TEST_CASE("DrawParticle") {
        MEMBER(DrawParticle, tau_gradient_per_m), MEMBER(DrawParticle, tau_sun), MEMBER(DrawParticle, ambient_radiance),
        MEMBER(DrawParticle, base_m), MEMBER(DrawParticle, radiance_per_sr), MEMBER(DrawParticle, flags),
        MEMBER(DrawParticle, field_place), MEMBER(DrawParticle, own_depth_share), MEMBER(DrawParticle, field_per_m),
-       MEMBER(DrawParticle, structure_depth), MEMBER(DrawParticle, unused)});
+       MEMBER(DrawParticle, structure_depth), MEMBER(DrawParticle, soft_detail)});
 }
 
 TEST_CASE("LightLattice and what is in it") {
@@ -148,10 +149,34 @@ TEST_CASE("CloudField and what lies around it") {
 
 TEST_CASE("PlacedParticle") {
   check_layout(shaders::listed_particles_comp, "PlacedParticle",
-               {MEMBER(PlacedParticle, place), MEMBER(PlacedParticle, radius_m), MEMBER(PlacedParticle, yaw_rad),
-                MEMBER(PlacedParticle, extinction_per_m), MEMBER(PlacedParticle, orientation),
-                MEMBER(PlacedParticle, flags), MEMBER(PlacedParticle, base_m), MEMBER(PlacedParticle, top_m),
-                MEMBER(PlacedParticle, radiance_per_sr), MEMBER(PlacedParticle, id)});
+               {MEMBER(PlacedParticle, place), MEMBER(PlacedParticle, shape), MEMBER(PlacedParticle, extinction_per_m),
+                MEMBER(PlacedParticle, orientation), MEMBER(PlacedParticle, flags), MEMBER(PlacedParticle, base_m),
+                MEMBER(PlacedParticle, top_m), MEMBER(PlacedParticle, radiance_per_sr), MEMBER(PlacedParticle, id)});
+}
+
+TEST_CASE("particle sets") {
+  check_layout(shaders::set_instances_comp, "SetKind",
+               {MEMBER(SetKind, first), MEMBER(SetKind, count), MEMBER(SetKind, from_m), MEMBER(SetKind, levels),
+                MEMBER(SetKind, flags), MEMBER(SetKind, share_below), MEMBER(SetKind, radius_m)});
+  check_layout(shaders::set_instances_comp, "ListedInstance",
+               {MEMBER(ListedInstance, place), MEMBER(ListedInstance, cos_heading), MEMBER(ListedInstance, sin_heading),
+                MEMBER(ListedInstance, scale), MEMBER(ListedInstance, kind), MEMBER(ListedInstance, id)});
+  check_layout(shaders::set_instances_comp, "SetConstants",
+               {MEMBER(SetConstants, camera), MEMBER(SetConstants, weather), MEMBER(SetConstants, origin_index),
+                MEMBER(SetConstants, camera_grid_m), MEMBER(SetConstants, first_cell), MEMBER(SetConstants, lattice),
+                MEMBER(SetConstants, side), MEMBER(SetConstants, seed), MEMBER(SetConstants, coverage),
+                MEMBER(SetConstants, altitude_m), MEMBER(SetConstants, scale), MEMBER(SetConstants, candidates),
+                MEMBER(SetConstants, kinds), MEMBER(SetConstants, view_distance_m), MEMBER(SetConstants, source),
+                MEMBER(SetConstants, capacity)});
+  check_layout(shaders::set_particles_comp, "SetParticleRecord",
+               {MEMBER(SetParticleRecord, center_m), MEMBER(SetParticleRecord, shape),
+                MEMBER(SetParticleRecord, extinction_per_m), MEMBER(SetParticleRecord, base_m),
+                MEMBER(SetParticleRecord, top_m), MEMBER(SetParticleRecord, seed)});
+  check_layout(shaders::set_particles_comp, "SetInstanceRecord",
+               {MEMBER(SetInstanceRecord, offset_m), MEMBER(SetInstanceRecord, cos_heading),
+                MEMBER(SetInstanceRecord, sin_heading), MEMBER(SetInstanceRecord, scale),
+                MEMBER(SetInstanceRecord, kind), MEMBER(SetInstanceRecord, id), MEMBER(SetInstanceRecord, altitude_m),
+                MEMBER(SetInstanceRecord, first), MEMBER(SetInstanceRecord, flags), MEMBER(SetInstanceRecord, weight)});
 }
 
 TEST_CASE("TerrainConstants") {

@@ -13,6 +13,7 @@
 #include "shared/ellipsoid.h"
 #include "shared/in_view.h"
 #include "tests/support/field_run.h"
+#include "tests/support/shapes.h"
 
 using namespace nephele;
 using nephele::shared::CloudField;
@@ -189,8 +190,8 @@ TEST_CASE("extreme settings stay finite and within the capacity") {
         CHECK(result.counters.particle_count > 10);
         std::uint32_t bad = 0;
         for (const Particle& p : result.particles)
-          bad += !(std::isfinite(p.center_m.x + p.center_m.y + p.center_m.z + p.radius_m.x + p.radius_m.y +
-                                 p.radius_m.z + p.base_m + p.top_m) &&
+          bad += !(std::isfinite(p.center_m.x + p.center_m.y + p.center_m.z + shared::shape_determinant(p.shape) +
+                                 p.base_m + p.top_m) &&
                    p.extinction_per_m >= 0.0f &&
                    p.extinction_per_m <= shared::kMaxGain * shared::kAdiabaticMost * frame.field.extinction_per_m);
         CHECK(bad == 0);
@@ -256,7 +257,7 @@ TEST_CASE("the visible list leaves out nothing that shows, and little that does 
       bool shows = false;
       for (int k = 0; k < 40 && !shows; ++k) {
         const glm::dvec3 direction = glm::normalize(glm::dvec3(unit(random), unit(random), unit(random)));
-        const glm::vec3 point = p.center_m + shared::render_from_local(glm::vec3(direction) * p.radius_m, p.yaw_rad);
+        const glm::vec3 point = p.center_m + glm::vec3(test::matrix_of(p.shape) * direction);
         const glm::vec4 clip = constants.clip_from_render * glm::vec4(point, 1.0f);
         if (clip.w <= 0.0f || std::fabs(clip.x) > clip.w || std::fabs(clip.y) > clip.w) continue;
         shows = true;
@@ -285,7 +286,7 @@ TEST_CASE("the ground hides what is behind it, with a margin, unless there is no
     p.center_m = shared::render_from_grid(
         glm::vec3(0.0f, 150000.0f, altitude) + glm::vec3(constants.camera_grid_m.x, constants.camera_grid_m.y, 0.0f),
         constants.camera_grid_m);
-    p.radius_m = glm::vec3(radius);
+    p.shape = test::ball(radius);
     p.extinction_per_m = 0.1f;
     return p;
   };

@@ -8,6 +8,7 @@
 #include "nephele_test_shaders.h"
 #include "passes/light/cloud_shadow.h"
 #include "tests/support/light_scene.h"
+#include "tests/support/shapes.h"
 
 using namespace nephele;
 using namespace nephele::test;
@@ -101,7 +102,7 @@ TEST_CASE("shadow look-up: all of it below the clouds, none above, none outside 
   Particle cloud;
   std::memset(&cloud, 0, sizeof cloud);
   cloud.center_m = glm::vec3(0.0f, 0.0f, 500.0f);
-  cloud.radius_m = glm::vec3(3000.0f, 3000.0f, 100.0f);
+  cloud.shape = {glm::vec3(3000.0f, 3000.0f, 100.0f), glm::vec3(0.0f)};
   cloud.extinction_per_m = 0.01f;
   cloud.base_m = shared::kNoBaseM;
   cloud.flags = shared::kParticleHomogeneous;
@@ -160,7 +161,7 @@ TEST_CASE("a step of a millimetre changes no shadow") {
   std::vector<dvec3> centers_m, points_m;
   for (Particle& particle : layer) {
     particle = random_particle(random, 3000.0f);
-    particle.radius_m *= glm::vec3(4.0f, 4.0f, 2.0f);
+    particle.shape = test::scaled(particle.shape, 3.0f);
     particle.extinction_per_m *= 0.5f;
     particle.base_m = shared::kNoBaseM;
     centers_m.push_back(anywhere(1500.0, 2400.0));

@@ -160,7 +160,7 @@ TEST_CASE("a host can read the particles of the last frame, in view or not") {
   Scene scene;
   scene.camera.position_m = {5000, -3000, 1500};
   scene.clouds.reset();
-  scene.particles = {{.center_m = {5000, -4000, 1400}, .radius_m = {50, 60, 70}, .density = 0.5f}};
+  scene.particles = {{.center_m = {5000, -4000, 1400}, .ellipsoid = {{50, 60, 70}, glm::vec3(0)}, .density = 0.5f}};
   const RenderSettings settings{.width = 16, .height = 16, .quality = Quality::low};
   const auto renderer = Renderer::create(test_sky(), scene, settings);
   REQUIRE(renderer);

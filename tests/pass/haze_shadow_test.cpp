@@ -85,7 +85,8 @@ TEST_CASE("rays that end above the clouds or under the ground lose nothing") {
   // A listed particle may be at any height, so every ray goes on to its end. Nobody sees this one, and by tables
   // nothing else sees it either.
   Scene anywhere = scene;
-  anywhere.particles.push_back({.center_m = {0.0, 0.0, 60000.0}, .radius_m = glm::vec3(0.01f), .density = 1e-6f});
+  anywhere.particles.push_back(
+      {.center_m = {0.0, 0.0, 60000.0}, .ellipsoid = {glm::vec3(0.01f), glm::vec3(0)}, .density = 1e-6f});
   for (const double pitch_rad : {-0.3, 0.1, 0.6}) {
     for (const double altitude_m : {300.0, 6000.0}) {
       CAPTURE(pitch_rad);

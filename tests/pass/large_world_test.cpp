@@ -99,7 +99,7 @@ TEST_CASE("the picture 10 000 km out is the one at home") {
   Scene home = fair_weather();
   home.particles.resize(1);
   home.particles[0].center_m = {-120.0, 900.0, 1500.0};
-  home.particles[0].radius_m = {150.0f, 100.0f, 80.0f};
+  home.particles[0].ellipsoid.diagonal_m = {150.0f, 100.0f, 80.0f};
   for (const glm::dvec2 shift_m : {glm::dvec2(1e7, 0.0), glm::dvec2(-1e7, 1e7 + 1.0 / 3.0)}) {
     CAPTURE(shift_m.y);
     Scene away = home;

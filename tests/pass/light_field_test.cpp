@@ -365,7 +365,7 @@ TEST_CASE("a homogeneous sphere has the radiance of an exact solution") {
     scene.sun = {.azimuth_rad = glm::radians(60.0), .elevation_rad = glm::radians(35.0), .irradiance = glm::vec3(1.0f)};
     ListedParticle sphere;
     sphere.center_m = {0.0, 3000.0, 1500.0};
-    sphere.radius_m = glm::vec3(float(radius_m));
+    sphere.ellipsoid.diagonal_m = glm::vec3(float(radius_m));
     sphere.extinction_per_m = float(optical_radius / radius_m);
     sphere.shape = ParticleShape::homogeneous;
     scene.particles = {sphere};
@@ -418,7 +418,7 @@ TEST_CASE("large particles in small cells: no driver's limit of rounds cuts them
   scene.ground.enabled = false;
   ListedParticle sphere;
   sphere.center_m = {0.0, 3000.0, 1500.0};
-  sphere.radius_m = glm::vec3(300.0f);
+  sphere.ellipsoid.diagonal_m = glm::vec3(300.0f);
   sphere.extinction_per_m = 0.01f;
   sphere.shape = ParticleShape::homogeneous;
   scene.particles = {sphere};

@@ -155,7 +155,7 @@ TEST_CASE("sunlight at a place is what a closed form leaves of it") {
   scene.sun = {.azimuth_rad = 1.0, .elevation_rad = 0.9};
   ListedParticle sphere;
   sphere.center_m = {100.0, 2000.0, 1500.0};
-  sphere.radius_m = glm::vec3(500.0f);
+  sphere.ellipsoid.diagonal_m = glm::vec3(500.0f);
   sphere.extinction_per_m = 0.003f;
   sphere.shape = ParticleShape::homogeneous;
   scene.particles = {sphere};

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "tests/support/light_scene.h"
+#include "tests/support/shapes.h"
 
 using namespace nephele;
 using namespace nephele::test;
@@ -48,7 +49,7 @@ LightScene field(std::uint32_t seed, std::uint32_t count, double elevation_deg) 
   for (Particle& particle : particles) {
     const float range = std::pow(10.0f, exponent(random));  // from beside the camera to beyond the grid
     particle = random_particle(random, range);
-    particle.radius_m *= std::max(1.0f, range / 10000.0f);
+    particle.shape = test::scaled(particle.shape, std::max(1.0f, range / 10000.0f));
   }
   return LightScene(light_constants(220, elevation_deg), particles, {});
 }

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <glm/gtc/quaternion.hpp>
 #include <optional>
 
 #include "tests/support/light_scene.h"
+#include "tests/support/shapes.h"
 
 using namespace nephele;
 using namespace nephele::test;
@@ -37,18 +39,18 @@ struct TrueLight {
 
 TrueLight true_light(const LightScene& scene, std::uint32_t index) {
   const Particle& particle = scene.particles_value[index];
-  const double s = std::sin(double(particle.yaw_rad)), c = std::cos(double(particle.yaw_rad));
-  const auto to_render = [&](dvec3 v) { return dvec3(c * v.x + s * v.y, c * v.y - s * v.x, v.z); };
+  const glm::dmat3 shape = test::matrix_of(particle.shape), inverse = glm::inverse(shape);
   const dvec3 corners[4] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
-  const dvec3 radius(particle.radius_m), center(particle.center_m);
+  const dvec3 center(particle.center_m);
 
   TrueLight truth{0.0, dvec3(0.0)};
   for (const dvec3& along : corners) {
-    const dvec3 corner = along / std::sqrt(3.0);
-    const dvec3 inside = center + to_render(0.6 * corner * radius);
+    const glm::vec4 q = shared::unpack_orientation(particle.orientation);
+    const dvec3 corner = glm::dquat(q.w, q.x, q.y, q.z) * (along / std::sqrt(3.0));
+    const dvec3 inside = center + shape * (0.6 * corner);
     const double depth = true_depth(scene.particles_value, inside, scene.sun(), index);
     truth.tau += 0.25 * depth;
-    truth.gradient_per_m += to_render(corner / radius) * depth * (0.75 / 0.6);
+    truth.gradient_per_m += inverse * corner * depth * (0.75 / 0.6);
   }
   return truth;
 }
@@ -58,7 +60,7 @@ LightScene crowd(std::uint32_t seed, std::uint32_t count, float range_m, double 
   std::vector<Particle> particles(count);
   for (Particle& particle : particles) {
     particle = random_particle(random, range_m);
-    particle.radius_m *= std::max(1.0f, range_m / 2500.0f);
+    particle.shape = test::scaled(particle.shape, std::max(1.0f, range_m / 2500.0f));
   }
   return LightScene(light_constants(azimuth_deg, elevation_deg), particles, every(count));
 }
@@ -82,8 +84,7 @@ TEST_CASE("occlusion equals brute force over all particles") {
     double worst = 0.0, mean = 0.0, depth = 0.0, worst_gradient = 0.0;
     for (std::uint32_t i = 0; i < setup.count; ++i) {
       const TrueLight truth = true_light(scene, i);
-      const float radius = std::min({scene.particles_value[i].radius_m.x, scene.particles_value[i].radius_m.y,
-                                     scene.particles_value[i].radius_m.z});
+      const double radius = test::shortest_axis_at_least_m(scene.particles_value[i].shape);
       const double error = std::abs(lights[i].tau_sun - truth.tau);
       worst = std::max(worst, error);
       const dvec3 gradient_error = dvec3(lights[i].tau_gradient_per_m) - truth.gradient_per_m;
@@ -104,7 +105,7 @@ TEST_CASE("with the light field, particles near the camera alone bring depths of
   std::size_t with = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Particle& p = scene.particles_value[i];
-    const bool wanted = glm::length(p.center_m) - std::max({p.radius_m.x, p.radius_m.y, p.radius_m.z}) < 400.0f;
+    const bool wanted = glm::length(p.center_m) - shared::longest_axis_m(p.shape) < 400.0f;
     CHECK(all[i].own_depth == 1.0f);
     CHECK(near[i].own_depth == (wanted ? 1.0f : 0.0f));
     CHECK(near[i].tau_sun == (wanted ? all[i].tau_sun : 0.0f));
@@ -140,7 +141,7 @@ TEST_CASE("a stack of slabs: the depth grows with what is above, and the gradien
   for (int i = 0; i < 3; ++i) {
     std::memset(&stack[i], 0, sizeof(Particle));
     stack[i].center_m = glm::vec3(0.0f, 0.0f, 300.0f * i);
-    stack[i].radius_m = glm::vec3(5000.0f, 5000.0f, 100.0f);
+    stack[i].shape.diagonal_m = glm::vec3(5000.0f, 5000.0f, 100.0f);
     stack[i].extinction_per_m = 0.01f;
     stack[i].base_m = shared::kNoBaseM;
     stack[i].flags = shared::kParticleHomogeneous;

@@ -10,6 +10,7 @@
 #include "shared/reference_particle.h"
 #include "shared/world.h"
 #include "tests/support/layer_scene.h"
+#include "tests/support/shapes.h"
 #include "tests/support/test_tables.h"
 
 using namespace nephele;
@@ -32,10 +33,10 @@ std::vector<Particle> noisy_crowd() {
   std::vector<Particle> particles;
   for (int i = 0; i < 12; ++i) {
     const glm::vec3 center = glm::vec3(0, 500, 0) + 300.0f * (glm::vec3(u(random), u(random), u(random)) - 0.5f);
-    Particle p = emissive(center, glm::vec3(60, 60, 40) + 60.0f * u(random), 0.002f + 0.2f * u(random) * u(random),
-                          {u(random), u(random), u(random)});
+    const glm::vec3 radius_m = glm::vec3(60, 60, 40) + 60.0f * u(random);
+    Particle p = emissive(center, radius_m, 0.002f + 0.2f * u(random) * u(random), {u(random), u(random), u(random)});
     p.flags = shared::kParticleEmissive;
-    p.yaw_rad = 6 * u(random);
+    p.shape = shape_along(random_axes(random), glm::dvec3(radius_m));
     p.orientation = shared::pack_orientation(shared::random_rotation(u(random), u(random), u(random)));
     if (i % 3 == 0) p.base_m = 990;  // the camera stands at 1000 m
     particles.push_back(p);
@@ -44,7 +45,7 @@ std::vector<Particle> noisy_crowd() {
 }
 
 double extinction_per_m(const Particle& p, const glm::vec3& at_m) {
-  const glm::vec3 unit = shared::local_from_render(at_m - p.center_m, p.yaw_rad) / p.radius_m;
+  const glm::vec3 unit = unit_matrix_of(p.shape) * glm::dvec3(at_m - p.center_m);
   const double density = shared::reference_particle_density(
       shared::quaternion_rotate_inverse(shared::unpack_orientation(p.orientation), unit),
       TableParameters{}.particle_seed);

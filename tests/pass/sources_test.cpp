@@ -9,6 +9,7 @@
 #include "passes/sources/listed_source.h"
 #include "shared/ellipsoid.h"
 #include "tests/support/field_run.h"
+#include "tests/support/shapes.h"
 #include "tests/support/test_tables.h"
 
 using namespace nephele;
@@ -27,14 +28,13 @@ constexpr std::uint32_t kSourceBits = 0xffffu << shared::kParticleSourceShift;
 ListedParticle listed_at(const glm::dvec3& center_m) {
   ListedParticle particle;
   particle.center_m = center_m;
-  particle.radius_m = {100.0f, 80.0f, 60.0f};
-  particle.yaw_rad = 0.5;
+  particle.ellipsoid = shared::upright_shape({100.0f, 80.0f, 60.0f}, 0.5f);
   particle.density = 0.5f;
   return particle;
 }
 
-ParticleGroup heap(const std::string& name, const Placement& placement) {
-  ParticleGroup group{.name = name, .particles = {}, .placement = placement};
+ParticleGroup heap(const Placement& placement) {
+  ParticleGroup group{.particles = {}, .placement = placement};
   for (int i = 0; i < 150; ++i) {
     const int column = i % 13, row = i / 13;
     group.particles.push_back(listed_at({30.0 * column, 40.0 * row, 500.0 + 5.0 * i}));
@@ -71,9 +71,9 @@ TEST_CASE("a scene of two fields, a set and listed particles has the particles o
   for (int i = 0; i < 70; ++i) listed.particles.push_back(listed_at({50.0 * i, 400.0, 1500.0}));
   Scene all = listed;
   all.clouds = field(1, 1200.0f, {7, -3});
-  all.sources = {field(2, 3000.0f), heap("set", place), field(3, 600.0f, {-20, 0})};
-  std::vector<Scene> each = {listed, only(field(1, 1200.0f, {7, -3})), only(field(2, 3000.0f)),
-                             only(heap("set", place)), only(field(3, 600.0f, {-20, 0}))};
+  all.sources = {field(2, 3000.0f), heap(place), field(3, 600.0f, {-20, 0})};
+  std::vector<Scene> each = {listed, only(field(1, 1200.0f, {7, -3})), only(field(2, 3000.0f)), only(heap(place)),
+                             only(field(3, 600.0f, {-20, 0}))};
   std::get<ParticleGroup>(each[3].sources[0]).placement.wind_m_per_s = {7,
                                                                         -3};  // the first field's, which is not there
   const glm::dvec3 camera_m(150.0, -90.0, 1700.0);
@@ -106,7 +106,7 @@ TEST_CASE("a scene of two fields, a set and listed particles has the particles o
 }
 
 TEST_CASE("each source has its own room and counts what finds none") {
-  const ParticleGroup group = heap("set", {});
+  const ParticleGroup group = heap({});
   SourcesRun all([&](Workshop& make) {
     std::vector<std::unique_ptr<CloudSource>> sources;
     sources.push_back(std::make_unique<ListedSource>(make, "set", group, glm::dvec2(0), glm::dvec2(0), 20u));
@@ -133,7 +133,7 @@ TEST_CASE("each source has its own room and counts what finds none") {
 }
 
 TEST_CASE("a placed group stands, turns and grows where it is told") {
-  ParticleGroup group{.name = "set", .particles = {listed_at({0.0, 100.0, 50.0})}, .placement = {}};
+  ParticleGroup group{.particles = {listed_at({0.0, 100.0, 50.0})}, .placement = {}};
   group.particles[0].base_m = 20.0f;
   group.particles[0].top_m = 400.0f;
   group.particles[0].orientation = glm::vec4(0.0f, 0.0f, 1.0f, 0.0f);
@@ -146,35 +146,36 @@ TEST_CASE("a placed group stands, turns and grows where it is told") {
   const glm::vec3 exact = shared::render_from_offset(
       glm::vec3(glm::dvec3(1100.0 + 200.0, -200.0, 900.0 + 100.0) - camera_m), static_cast<float>(camera_m.z));
   CHECK(glm::length(p.center_m - exact) < 2e-4f);
-  CHECK(p.radius_m == glm::vec3(200.0f, 160.0f, 120.0f));
-  CHECK(p.yaw_rad == doctest::Approx(0.5 + M_PI / 2));
+  // North in the group is east in the world: its axes turn along, twice as long.
+  const glm::dmat3 turn(0, -1, 0, 1, 0, 0, 0, 0, 1);
+  const glm::dmat3 own = test::matrix_of(group.particles[0].ellipsoid), shape = test::matrix_of(p.shape);
+  const glm::dmat3 expected = 2.0 * turn * own * glm::transpose(turn);
+  for (int k = 0; k < 3; ++k) CHECK(glm::length(shape[k] - expected[k]) < 1e-4);
   CHECK(p.extinction_per_m == 0.5f * 0.05f / 2.0f);
   CHECK(p.base_m == 940.0f);
   CHECK(p.top_m == 1700.0f);
-  CHECK(p.orientation == shared::pack_orientation({0, 0, 1, 0}));
+  // What is inside turns along: half a turn about the vertical, and a quarter of one clockwise.
+  const glm::vec4 q = shared::unpack_orientation(p.orientation);
+  CHECK(glm::length(shared::quaternion_rotate(q, {1, 0, 0}) - glm::vec3(0, 1, 0)) < 0.02f);
   CHECK(run.records[0].extinction_per_m == p.extinction_per_m);
-  // A fixed point of the ellipsoid turns along: its long axis pointed 0.5 rad off east, now off south.
-  const glm::vec3 long_axis = shared::render_from_local({1, 0, 0}, p.yaw_rad);
-  CHECK(long_axis.x == doctest::Approx(-std::sin(0.5)));
-  CHECK(long_axis.y == doctest::Approx(-std::cos(0.5)));
 }
 
 TEST_CASE("what drifts is what a camera sees that moves against the wind") {
   const Placement still{.at_m = {900, 500, 100}};
   Placement drifting = still;
   drifting.drifts = true;
-  Scene scene = only(heap("set", drifting));
+  Scene scene = only(heap(drifting));
   scene.sources.emplace_back(field(4, 1200.0f, {12.5, -3.25}));
   const glm::dvec3 camera_m(0, 0, 1500), moved_m(-12.5 * 1024, 3.25 * 1024, 1500);
   const ParticleRun later = run_scene(scene, camera_m, 1024.0), moved = run_scene(scene, moved_m, 0.0);
   CHECK(later.records[0].count == 150);
   CHECK(same_bytes(later.particles, moved.particles));
   // One that does not drift stays; one with a wind of its own goes with that.
-  const ParticleRun standing = run_scene(only(heap("set", still)), camera_m, 1024.0);
-  CHECK(same_bytes(standing.particles, run_scene(only(heap("set", still)), camera_m, 0.0).particles));
+  const ParticleRun standing = run_scene(only(heap(still)), camera_m, 1024.0);
+  CHECK(same_bytes(standing.particles, run_scene(only(heap(still)), camera_m, 0.0).particles));
   drifting.wind_m_per_s = {2.0, 1.0};
-  const ParticleRun own = run_scene(only(heap("set", drifting)), camera_m, 1024.0);
-  CHECK(same_bytes(own.particles, run_scene(only(heap("set", still)), {-2048, -1024, 1500}).particles));
+  const ParticleRun own = run_scene(only(heap(drifting)), camera_m, 1024.0);
+  CHECK(same_bytes(own.particles, run_scene(only(heap(still)), {-2048, -1024, 1500}).particles));
 }
 
 TEST_CASE("listed particles come first, in world space without loss") {
@@ -212,7 +213,7 @@ TEST_CASE("listed particles come first, in world space without loss") {
 TEST_CASE("what sources say of their extent holds for their particles") {
   Scene scene;
   scene.clouds = field(1, 1200.0f);
-  scene.sources = {heap("set", {.at_m = {0, 0, 300}}), field(2, 4000.0f)};
+  scene.sources = {heap({.at_m = {0, 0, 300}}), field(2, 4000.0f)};
   const glm::dvec3 camera_m(0, 0, 1500);
   SourcesRun sources([&](Workshop& make) { return make_sources(make, scene, kSmall); });
   const ParticleRun run = sources.run(cloud_view(), {camera_m, 0.0});
@@ -224,8 +225,8 @@ TEST_CASE("what sources say of their extent holds for their particles") {
     for (std::uint32_t k = run.records[i].first; k < run.records[i].first + run.records[i].count; ++k) {
       const Particle& p = run.particles[k];
       const float altitude = shared::altitude_m(p.center_m, 1500.0f);
-      outside += std::max(p.base_m, altitude - p.radius_m.z) < own.lowest_m - 0.1f;
-      outside += altitude + p.radius_m.z > own.highest_m;
+      outside += std::max(p.base_m, altitude - shared::ellipsoid_extent(p.shape, {0, 0, 1})) < own.lowest_m - 0.1f;
+      outside += altitude + shared::ellipsoid_extent(p.shape, {0, 0, 1}) > own.highest_m;
     }
     CHECK(outside == 0);
   }
@@ -237,13 +238,13 @@ TEST_CASE("a renderer shows all sources and tells of each") {
   Scene scene;
   scene.clouds = field(1, 1200.0f);
   for (int i = 0; i < 5; ++i) scene.particles.push_back(listed_at({60.0 * i, 700.0, 1600.0}));
-  scene.sources = {field(2, 3000.0f), heap("set", {.at_m = {0, 900, 600}}), heap("set", {.at_m = {900, 900, 600}}),
-                   heap("particles", {.at_m = {-900, 900, 600}})};
+  scene.sources = {field(2, 3000.0f), heap({.at_m = {0, 900, 600}}), heap({.at_m = {900, 900, 600}}),
+                   heap({.at_m = {-900, 900, 600}})};
   auto renderer = Renderer::create(test_sky(), scene, kSmall);
   REQUIRE(renderer);
   (*renderer)->render(scene.camera, 10.0);
   const FrameStats& stats = (*renderer)->stats();
-  const std::vector<std::string> names = {"particles", "field", "field_2", "set", "set_2", "particles_2"};
+  const std::vector<std::string> names = {"particles", "field", "field_2", "particles_2", "particles_3", "particles_4"};
   REQUIRE(stats.sources.size() == names.size());
   std::uint32_t sum = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -258,7 +259,7 @@ TEST_CASE("a renderer shows all sources and tells of each") {
   CHECK(stats.overflow.at("particles") == 0);
 
   // A camera that stands still while a set drifts by must not be shown the last frame again.
-  Scene drifting = only(heap("set", {.at_m = {0, 900, 900}, .drifts = true, .wind_m_per_s = glm::dvec2(30, 0)}));
+  Scene drifting = only(heap({.at_m = {0, 900, 900}, .drifts = true, .wind_m_per_s = glm::dvec2(30, 0)}));
   auto passing = Renderer::create(test_sky(), drifting, kSmall);
   REQUIRE(passing);
   (*passing)->render(drifting.camera, 0.0);

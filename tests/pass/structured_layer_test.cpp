@@ -10,6 +10,7 @@
 
 #include "shared/ellipsoid.h"
 #include "tests/support/layer_scene.h"
+#include "tests/support/shapes.h"
 #include "tests/support/structure_oracle.h"
 
 using namespace nephele;
@@ -24,18 +25,18 @@ constexpr LayerSize kSize{64, 48};
 
 // scale: of places and sizes, at the same optical depths.
 std::vector<Particle> structured_crowd(bool wisps, float scale) {
-  std::mt19937 random(11);
+  std::mt19937 random(11), turns(12);
   std::uniform_real_distribution<float> u(0, 1);
   std::vector<Particle> particles;
   for (int i = 0; i < 12; ++i) {
     const glm::vec3 center = glm::vec3(0, 700, 0) + 300.0f * (glm::vec3(u(random), u(random), u(random)) - 0.5f);
-    Particle p = emissive(center, glm::vec3(80, 80, 60) + 80.0f * u(random),
-                          (wisps ? 0.1f : 1.0f) * (0.01f + 0.08f * u(random)), {u(random), u(random), u(random)});
+    const glm::vec3 radius_m = glm::vec3(80, 80, 60) + 80.0f * u(random);
+    Particle p = emissive(center, radius_m, (wisps ? 0.1f : 1.0f) * (0.01f + 0.08f * u(random)),
+                          {u(random), u(random), u(random)});
     p.flags = shared::kParticleEmissive | shared::kParticleDetail |
               (wisps ? shared::kMostTorn << shared::kParticleTornShift : 0u);
-    p.yaw_rad = 6 * u(random);
+    p.shape = shape_along(random_axes(turns), glm::dvec3(radius_m * scale));
     p.center_m *= scale;
-    p.radius_m *= scale;
     p.extinction_per_m /= scale;
     particles.push_back(p);
   }
@@ -49,15 +50,15 @@ double transmittance(const std::vector<Particle>& particles, const glm::dvec3& d
     const glm::dvec3 at = direction * t;
     double noise = -1, broad = 0;
     for (const Particle& p : particles) {
-      const glm::dvec3 u =
-          glm::dvec3(shared::local_from_render(glm::vec3(at) - p.center_m, p.yaw_rad)) / glm::dvec3(p.radius_m);
+      const glm::dmat3 shape = matrix_of(p.shape);
+      const glm::dvec3 u = glm::inverse(shape) * (at - glm::dvec3(p.center_m));
       if (glm::dot(u, u) >= 1) continue;
       if (noise < 0) {  // of the camera's place in layer_constants
         const double drop_m = (at.x * at.x + at.y * at.y) / (2 * 6360000.0);
         noise = structure_oracle()(at + glm::dvec3(0, 0, 1000 + drop_m));
         broad = structure_oracle().broad(at + glm::dvec3(0, 0, 1000 + drop_m));
       }
-      const double mean_m = std::cbrt(double(p.radius_m.x) * p.radius_m.y * p.radius_m.z);
+      const double mean_m = std::cbrt(glm::determinant(shape));
       const double shift = (p.flags >> shared::kParticleTornShift & 31u) == 31u ? 2.0 : std::min(0.6, 150 / mean_m);
       const bool torn = shift > 0.6;
       const double far = torn ? 0.0 : 0.84 * std::sqrt(1 - shift * shift / 0.36);

@@ -7,6 +7,7 @@
 
 #include "shared/blend.h"
 #include "tests/support/layer_scene.h"
+#include "tests/support/shapes.h"
 
 using namespace nephele;
 using namespace nephele::test;
@@ -21,7 +22,7 @@ struct Crowd {
 };
 
 std::vector<Particle> crowd(const Crowd& kind, std::uint32_t seed) {
-  std::mt19937 random(seed);
+  std::mt19937 random(seed), turns(seed + 1000);
   std::uniform_real_distribution<float> u(0, 1);
   std::vector<Particle> particles;
   for (int i = 0; i < kind.count; ++i) {
@@ -30,7 +31,7 @@ std::vector<Particle> crowd(const Crowd& kind, std::uint32_t seed) {
     const glm::vec3 radius = glm::vec3(20 + 80 * u(random), 20 + 80 * u(random), 20 + 60 * u(random));
     // From nearly nothing to opaque; a crowd together stays within a few optical depths or far beyond.
     Particle p = emissive(center, radius, std::exp2(-12 + 9 * u(random)), {u(random), u(random), u(random)});
-    p.yaw_rad = 6 * u(random);
+    p.shape = test::shape_along(test::random_axes(turns), glm::dvec3(radius));
     particles.push_back(p);
   }
   return particles;
@@ -67,7 +68,7 @@ std::vector<Particle> layers(int count) {
   for (int i = 0; i < count; ++i) {
     particles.push_back(emissive({0, 1000 + 2.0f * float(i), 0}, {6000, 6, 6000}, 0.4f / float(count),
                                  {float(i % 2), float(i) / float(count), 0.5f}));
-    particles.back().yaw_rad = 0;
+    particles.back().shape = {glm::vec3(6000, 6, 6000), glm::vec3(0)};
   }
   return particles;
 }
@@ -87,14 +88,9 @@ std::vector<std::uint32_t> list_lengths(const std::vector<Particle>& particles, 
   const glm::uvec2 tiles = (frame.layer_size_px + shared::kScreenTilePx - 1u) / shared::kScreenTilePx;
   std::vector<std::uint32_t> lengths(tiles.x * tiles.y);
   for (const Particle& p : particles) {
-    glm::mat3 shape;
-    for (int axis = 0; axis < 3; ++axis) {
-      glm::vec3 radius(0);
-      radius[axis] = p.radius_m[axis];
-      shape[axis] = shared::render_from_local(radius, p.yaw_rad);
-    }
-    const glm::uvec2 covered = shared::tiles_of_pixels(shared::screen_pixels(
-        frame.clip_from_render, shape, p.center_m, frame.image_size_px, frame.scale, frame.layer_size_px));
+    const glm::uvec2 covered = shared::tiles_of_pixels(
+        shared::screen_pixels(frame.clip_from_render, glm::mat3(test::matrix_of(p.shape)), p.center_m,
+                              frame.image_size_px, frame.scale, frame.layer_size_px));
     const glm::uvec2 low = shared::rectangle_low(covered), past = shared::rectangle_high(covered);
     for (std::uint32_t y = low.y; y < past.y; ++y)
       for (std::uint32_t x = low.x; x < past.x; ++x) ++lengths[y * tiles.x + x];

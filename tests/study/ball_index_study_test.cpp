@@ -68,7 +68,7 @@ Index ball_index(const Picture& picture, const std::vector<shared::Particle>& pa
   double steps[2] = {0.0, 0.0};
   std::size_t places = 0;
   for (const shared::Particle& p : particles) {
-    const glm::vec3 eye = -shared::local_from_render(p.center_m, p.yaw_rad) / p.radius_m;
+    const glm::vec3 eye = -(shared::unit_from_render(p.shape) * p.center_m);
     const float distance = glm::length(eye);
     if (distance < 1.2f) continue;
     const glm::vec3 axis = eye / distance;
@@ -78,9 +78,9 @@ Index ball_index(const Picture& picture, const std::vector<shared::Particle>& pa
     const float across = std::sqrt(1.0f - 1.0f / (distance * distance));
     const auto on_silhouette = [&](float a) {
       const glm::vec3 unit = axis / distance + across * (std::cos(a) * u + std::sin(a) * v);
-      return p.center_m + shared::render_from_local(shown * unit * p.radius_m, p.yaw_rad);
+      return p.center_m + shared::shape_matrix(p.shape) * (shown * unit);
     };
-    const float mean_radius_m = std::cbrt(p.radius_m.x * p.radius_m.y * p.radius_m.z);
+    const float mean_radius_m = shared::mean_radius_m(p.shape);
     const glm::vec3 towards = glm::normalize(p.center_m);
     const glm::vec3 side = glm::normalize(glm::cross(towards, glm::vec3(0.1f, 0.2f, 1.0f)));
     for (int i = 0; i < kPlaces; ++i) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "shared/types.h"
+#include "tests/support/shapes.h"
 
 namespace nephele::test {
 
@@ -67,11 +68,8 @@ inline OracleRay integrate(std::span<const OracleSegment> segments) {
 inline std::vector<OracleSegment> chords(std::span<const shared::Particle> particles, glm::dvec3 direction) {
   std::vector<OracleSegment> found;
   for (const shared::Particle& p : particles) {
-    const double s = std::sin(double(p.yaw_rad)), c = std::cos(double(p.yaw_rad));
-    const auto unit = [&](glm::dvec3 v) {
-      return glm::dvec3((c * v.x - s * v.y) / p.radius_m.x, (s * v.x + c * v.y) / p.radius_m.y, v.z / p.radius_m.z);
-    };
-    const glm::dvec3 o = unit(-glm::dvec3(p.center_m)), d = unit(direction);
+    const glm::dmat3 unit = unit_matrix_of(p.shape);
+    const glm::dvec3 o = unit * -glm::dvec3(p.center_m), d = unit * direction;
     const double a = glm::dot(d, d), b = glm::dot(o, d), q = b * b - a * (glm::dot(o, o) - 1);
     if (q <= 0) continue;
     const double near_m = std::max(0.0, (-b - std::sqrt(q)) / a), far_m = (-b + std::sqrt(q)) / a;

@@ -39,10 +39,9 @@ inline Tables blank_tables() {
 inline shared::Particle emissive(glm::vec3 center_m, glm::vec3 radius_m, float extinction_per_m, glm::vec3 radiance) {
   shared::Particle p{};
   p.center_m = center_m;
-  p.radius_m = radius_m;
   p.extinction_per_m = extinction_per_m;
   p.radiance_per_sr = radiance;
-  p.yaw_rad = 0.3f;
+  p.shape = shared::upright_shape(radius_m, 0.3f);
   p.orientation = shared::pack_orientation({0, 0, 0, 1});
   p.flags = shared::kParticleHomogeneous | shared::kParticleEmissive;
   p.base_m = shared::kNoBaseM;
@@ -79,10 +78,9 @@ inline std::vector<std::uint32_t> draw_order(const std::vector<shared::Particle>
   for (const shared::Particle& p : particles) {
     const float center_m = glm::length(p.center_m);
     const glm::vec3 towards = p.center_m / std::max(center_m, 1e-6f);
-    distance_m.push_back(
-        blend == BlendMode::exact
-            ? shared::near_bound_m(p.center_m, glm::length(shared::local_from_render(towards, p.yaw_rad) * p.radius_m))
-            : center_m);
+    distance_m.push_back(blend == BlendMode::exact
+                             ? shared::near_bound_m(p.center_m, shared::ellipsoid_extent(p.shape, towards))
+                             : center_m);
   }
   std::vector<std::uint32_t> order(particles.size());
   std::iota(order.begin(), order.end(), 0u);

@@ -18,6 +18,7 @@
 #include "shared/atmosphere_tables.h"
 #include "shared/flat_base.h"
 #include "shared/light.h"
+#include "tests/support/shapes.h"
 #include "tests/support/test_device.h"
 
 namespace nephele::test {
@@ -46,12 +47,13 @@ inline Particle random_particle(std::mt19937& random, float range_m) {
   Particle particle;
   std::memset(&particle, 0, sizeof particle);
   particle.center_m = range_m * glm::vec3(2 * unit(random) - 1, 2 * unit(random) - 1, 0.4f * unit(random) - 0.2f);
-  particle.radius_m = glm::vec3(60 + 200 * unit(random), 60 + 200 * unit(random), 40 + 160 * unit(random));
-  particle.yaw_rad = 6.283f * unit(random);
+  const dvec3 radius_m(60 + 200 * unit(random), 60 + 200 * unit(random), 40 + 160 * unit(random));
+  particle.shape = shape_along(random_axes(random), radius_m);
+  particle.orientation = shared::pack_orientation(shared::random_rotation(unit(random), unit(random), unit(random)));
   particle.extinction_per_m = 0.002f + 0.04f * unit(random);
   particle.flags = random() % 2 ? shared::kParticleHomogeneous : 0u;
   const float altitude = shared::altitude_m(particle.center_m, 1500.0f);
-  particle.base_m = random() % 3 ? shared::kNoBaseM : altitude + particle.radius_m.z * (1.6f * unit(random) - 0.8f);
+  particle.base_m = random() % 3 ? shared::kNoBaseM : altitude + float(radius_m.z) * (1.6f * unit(random) - 0.8f);
   return particle;
 }
 
@@ -68,22 +70,22 @@ inline double density_at(const Particle& particle, Medium at) {
          (double(shared::kProfile2) + q * (double(shared::kProfile3) + q * double(shared::kProfile4)));
 }
 
-// A particle's unit space, its yaw clockwise from north, in doubles and without the shared headers.
+// A particle's unit space, in doubles and without the shared headers.
 struct UnitSpace {
-  UnitSpace(const Particle& particle, double camera_altitude_m) : center(particle.center_m), radius(particle.radius_m) {
-    s = std::sin(double(particle.yaw_rad));
-    c = std::cos(double(particle.yaw_rad));
+  UnitSpace(const Particle& particle, double camera_altitude_m)
+      : center(particle.center_m), from_render(unit_matrix_of(particle.shape)) {
     const double r = 6360000.0;
     const double altitude = std::sqrt(center.x * center.x + center.y * center.y +
                                       (center.z + camera_altitude_m + r) * (center.z + camera_altitude_m + r)) -
                             r;
     base = double(particle.base_m) - altitude;  // over the centre
   }
-  dvec3 direction(dvec3 v) const { return dvec3(c * v.x - s * v.y, s * v.x + c * v.y, v.z) / radius; }
+  dvec3 direction(dvec3 v) const { return from_render * v; }
   dvec3 point(dvec3 p) const { return direction(p - center); }
 
-  dvec3 center, radius;
-  double s, c, base;
+  dvec3 center;
+  glm::dmat3 from_render;
+  double base;
 };
 
 inline double extinction_in(const Particle& particle, dvec3 point, double camera_altitude_m) {

@@ -29,6 +29,7 @@ inline void write_scene_files(const TempDirectory& directory) {
   set.top_m = 90.0f;
   set.particles.push_back({.center_m = {1, 2, 3}, .diagonal_m = {30, 20, 10}});
   set.particles.push_back({.center_m = {4, 5, 6}, .diagonal_m = {3, 2, 1}, .off_diagonal_m = {0.5f, 0, 0}});
+  give_particles_base_and_top(set);
   REQUIRE(save_particle_set(directory / "cloud.json", set));
   REQUIRE(write_png(directory / "map.png", 2, 1, std::vector<std::uint8_t>{128, 255, 0, 255, 7, 9, 0, 255}));
   write_file(directory / "heights.png", grey_png(2, 2, 16, {0, 1000, 2000, 65535}));
@@ -41,6 +42,7 @@ inline nlohmann::json value_within(const JsonKey& key, double share) {
     const double half_turn = share * 3.0;
     return {0.0, 0.0, std::sin(half_turn), std::cos(half_turn)};
   }
+  if (key.path.ends_with("ellipsoid_m")) return {50.0 + 50.0 * share, 60.0, 70.0, 5.0, -4.0, 3.0};
   if (key.path == "terrain.lowest_m") share *= 0.5;  // below the highest
   if (key.path == "terrain.highest_m") share = 0.5 + 0.5 * share;
   switch (key.kind) {
@@ -66,6 +68,7 @@ inline nlohmann::json value_within(const JsonKey& key, double share) {
     case JsonKind::object:
       return nlohmann::json::object();
     case JsonKind::objects:
+      if (key.path == "sources[scatter].sets") return {{{"file", "cloud.json"}}};  // none are refused
       return nlohmann::json::array();
   }
   return nullptr;
@@ -155,7 +158,7 @@ inline nlohmann::json random_document(std::mt19937& random) {
   nlohmann::json document = nlohmann::json::object();
   const std::vector<JsonKey> keys = scene_keys();
   for (const JsonKey& key : keys) {
-    if (is_object_key(key) || key.path.ends_with("look_at_m")) continue;
+    if (is_object_key(key) || key.path.ends_with("look_at_m") || key.path.ends_with("ellipsoid_m")) continue;
     place_at(document, key.path) = value_within(key, share(random));
   }
   // Bases are under tops.
@@ -166,6 +169,11 @@ inline nlohmann::json random_document(std::mt19937& random) {
   order(document["particles"]);
   for (nlohmann::json& source : document["sources"])
     if (source["kind"] == "particles") order(source["particles"]);
+  for (nlohmann::json& source : document["sources"]) {
+    if (source["kind"] != "scatter") continue;
+    if (source["scale"][1] < source["scale"][0]) std::swap(source["scale"][0], source["scale"][1]);
+    source["clouds_per_km2"] = 0.01;  // so that the view's places are not too many
+  }
   return document;
 }
 

@@ -13,6 +13,8 @@
 #include "lut/tables.h"
 #include "shared/ellipsoid.h"
 #include "shared/listed_particles.h"
+#include "tests/support/shapes.h"
+#include "tools/path_tracer/extinction_field.h"
 #include "tools/path_tracer/path_tracer.h"
 
 namespace nephele::test {
@@ -22,7 +24,7 @@ inline constexpr float kTruthAltitudeM = 1000.0f;
 inline shared::Particle round_particle(glm::vec3 center_m, float radius_m, float extinction_per_m) {
   shared::Particle particle{};
   particle.center_m = center_m;
-  particle.radius_m = glm::vec3(radius_m);
+  particle.shape = ball(radius_m);
   particle.extinction_per_m = extinction_per_m;
   particle.orientation = shared::kIdentityOrientation;
   particle.flags = shared::kParticleHomogeneous;
@@ -39,12 +41,12 @@ inline std::vector<shared::Particle> heaped_particles(int count, std::uint32_t s
   for (int i = 0; i < count; ++i) {
     const auto u = [&] { return unit(random); };
     shared::Particle p = round_particle({200 * u() - 100, 500 + 200 * u() - 100, 100 * u() - 50}, 1, extinction_per_m);
-    p.radius_m = {60 + 60 * u(), 60 + 60 * u(), 40 + 40 * u()};
-    p.yaw_rad = 6.283f * u();
+    const glm::dvec3 radius_m(60 + 60 * u(), 60 + 60 * u(), 40 + 40 * u());
+    p.shape = shape_along(random_axes(random), radius_m);
     p.extinction_per_m *= 0.5f + u();
     p.orientation = shared::pack_orientation(shared::random_rotation(u(), u(), u()));
     if (!homogeneous) p.flags = 0;
-    if (cut) p.base_m = kTruthAltitudeM + p.center_m.z + (u() - 0.6f) * p.radius_m.z;
+    if (cut) p.base_m = kTruthAltitudeM + p.center_m.z + (u() - 0.6f) * float(radius_m.z);
     particles.push_back(p);
   }
   return particles;

@@ -8,6 +8,7 @@
 #include "passes/kit/cloud_source.h"
 #include "shared/tonemap.h"
 #include "shared/world.h"
+#include "tools/path_tracer/extinction_field.h"
 #include "tools/path_tracer/reference_image.h"
 
 namespace nephele::fly {
@@ -35,7 +36,8 @@ ImageF with_transmittance(const ImageF& rendered, const ImageF& truth) {
 float highest_m(const std::vector<shared::Particle>& particles, float camera_altitude_m) {
   float highest = 0.0f;
   for (const shared::Particle& p : particles)
-    highest = std::max(highest, shared::altitude_m(p.center_m, camera_altitude_m) + p.radius_m.z);
+    highest = std::max(
+        highest, shared::altitude_m(p.center_m, camera_altitude_m) + shared::ellipsoid_extent(p.shape, {0, 0, 1}));
   return highest;
 }
 

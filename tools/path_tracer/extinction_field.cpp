@@ -7,6 +7,7 @@
 #include "engine/parallel.h"
 #include "shared/ellipsoid.h"
 #include "shared/flat_base.h"
+#include "shared/light.h"
 #include "shared/reference_particle.h"
 #include "shared/structure.h"
 #include "shared/world.h"
@@ -26,7 +27,9 @@ constexpr float kResolution = 0x1p-21f;  // a few units in a float's last place
 constexpr float kRouletteBelow = 0.05f;  // transmittances below are kept at it, or dropped
 constexpr float kMatterSteps = 16.0f;    // a cell, in search of the first matter
 constexpr float kFarAboveM = 1e30f;      // an altitude above every base
-constexpr float kGuessShare = 0.8f;      // of the mean depth: some rays find gaps
+constexpr float kProfilePeak = 0.85f;    // up to this q particle_profile grows; beyond, it is at most kMostProfile
+constexpr float kMostProfile = 1.07f;
+constexpr float kGuessShare = 0.8f;  // of the mean depth: some rays find gaps
 
 // The distances at which a ray enters and leaves a box.
 struct Span {
@@ -57,14 +60,12 @@ ExtinctionField::ExtinctionField(std::span<const shared::Particle> particles, co
                   .base_m = p.base_m,
                   .flags = p.flags,
                   .source = static_cast<std::uint32_t>(i),
-                  .structure_depth = shared::structure_depth(p.radius_m, p.flags)};
+                  .structure_depth = shared::structure_depth(shared::mean_radius_m(p.shape), p.flags),
+                  .soft_detail = shared::soft_detail(p.flags)};
     const glm::vec4 orientation = shared::unpack_orientation(p.orientation);
-    for (int axis = 0; axis < 3; ++axis) {
-      vec3 e(0.0f);
-      e[axis] = 1.0f;
-      packed.unit_from_render[axis] =
-          shared::quaternion_rotate_inverse(orientation, shared::local_from_render(e, p.yaw_rad) / p.radius_m);
-    }
+    const glm::mat3 to_unit = shared::unit_from_render(p.shape);
+    for (int axis = 0; axis < 3; ++axis)
+      packed.unit_from_render[axis] = shared::quaternion_rotate_inverse(orientation, to_unit[axis]);
     particles_.push_back(packed);
     emits_ = emits_ || (p.flags & shared::kParticleEmissive) != 0u;
   }
@@ -133,6 +134,11 @@ void ExtinctionField::fill_cells() {
             const vec3 nearest = glm::max(glm::abs(center) - half_extent, 0.0f);
             bound =
                 shared::structured_density(glm::dot(nearest, nearest), 1.0f, shared::structure_skin(p.structure_depth));
+          } else if (p.soft_detail >= 0.0f) {
+            const vec3 nearest = glm::max(glm::abs(center) - half_extent, 0.0f);
+            const float q = std::max(1.0f - glm::dot(nearest, nearest), 0.0f);
+            bound = (q > kProfilePeak ? kMostProfile : shared::particle_profile(q, 0u)) *
+                    shared::soft_variation(p.soft_detail, 1.0f);
           } else {
             bound = lattice_.bound(center, half_extent);
           }
@@ -172,11 +178,14 @@ float ExtinctionField::particle_extinction(const Packed& particle, Place& place)
   if (glm::dot(p, p) >= 1.0f) return 0.0f;
   const float faded = particle.extinction_per_m * shared::base_fade(place.altitude_m - particle.base_m);
   if ((particle.flags & shared::kParticleHomogeneous) != 0u) return faded;
+  if (place.noise < 0.0f && (particle.structure_depth > 0.0f || particle.soft_detail > 0.0f)) {
+    place.noise = structure_(place.p_m);
+    place.broad = structure_.broad(place.p_m);
+  }
+  if (particle.soft_detail >= 0.0f)
+    return faded * shared::particle_profile(1.0f - glm::dot(p, p), 0u) *
+           shared::soft_variation(particle.soft_detail, place.noise);
   if (particle.structure_depth > 0.0f) {
-    if (place.noise < 0.0f) {
-      place.noise = structure_(place.p_m);
-      place.broad = structure_.broad(place.p_m);
-    }
     return faded * shared::structured_density(
                        glm::dot(p, p), shared::displaced_radius(particle.structure_depth, place.noise, place.broad),
                        shared::structure_skin(particle.structure_depth));

@@ -9,47 +9,34 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "shared/types.h"
 #include "tools/path_tracer/density_lattice.h"
+#include "tools/path_tracer/medium.h"
 #include "tools/path_tracer/random.h"
 #include "tools/path_tracer/structure_noise.h"
 
 namespace nephele::truth {
 
-class ExtinctionField {
+class ExtinctionField final : public Medium {
  public:
   // Particles in render space. camera_grid_m: where the camera is in the air (FrameConstants), z its altitude.
   // sun_direction: where sun_guess looks.
   ExtinctionField(std::span<const shared::Particle> particles, const glm::vec3& camera_grid_m,
                   const glm::vec3& sun_direction, const DensityLattice& lattice);
 
-  // At a point of render space, per metre.
-  float extinction_per_m(const glm::vec3& p_m) const;
-  // The share of emissive particles in it, and their radiance, weighted by extinction.
-  struct Emission {
-    float share = 0;
-    glm::vec3 radiance_per_sr{0.0f};
-  };
-  Emission emission(const glm::vec3& p_m) const;
-  bool emits() const { return emits_; }
-
-  static constexpr float kNever = std::numeric_limits<float>::infinity();
-  // Distance to a collision before end_m, exponentially distributed in optical depth; kNever when there is none.
-  float collide(const glm::vec3& origin_m, const glm::vec3& direction, float end_m, Random& random) const;
-  // Unbiased estimate of the transmittance up to end_m, by ratio tracking (Novak et al. 2014).
-  float transmittance(const glm::vec3& origin_m, const glm::vec3& direction, float end_m, Random& random) const;
-  // Distance to the first point where some particle has the density that counts as matter, to a 16th of a cell, which
-  // is about a hundredth of a particle's radius; kNever without one.
-  float first_matter_m(const glm::vec3& origin_m, const glm::vec3& direction, float end_m) const;
-
-  // A rough transmittance towards the sun at p: for deciding where to spend samples, never for radiance.
-  float sun_guess(const glm::vec3& p_m) const;
-
-  std::size_t cell_count() const { return bounds_per_m_.size(); }
+  float extinction_per_m(const glm::vec3& p_m) const override;
+  Emission emission(const glm::vec3& p_m) const override;
+  bool emits() const override { return emits_; }
+  float collide(const glm::vec3& origin_m, const glm::vec3& direction, float end_m, Random& random) const override;
+  float transmittance(const glm::vec3& origin_m, const glm::vec3& direction, float end_m,
+                      Random& random) const override;
+  // Matter is where some particle has the density that counts; to a 16th of a cell, which is about a hundredth of a
+  // particle's radius.
+  float first_matter_m(const glm::vec3& origin_m, const glm::vec3& direction, float end_m) const override;
+  float sun_guess(const glm::vec3& p_m) const override;
 
  private:
   struct Packed {
@@ -58,8 +45,8 @@ class ExtinctionField {
     float extinction_per_m;
     float base_m;
     std::uint32_t flags;
-    std::uint32_t source;  // index among the particles given
-    float structure_depth;
+    std::uint32_t source;                // index among the particles given
+    float structure_depth, soft_detail;  // as in DrawParticle
   };
   struct Walk;
 

@@ -10,7 +10,7 @@ using glm::vec3;
 
 namespace {
 
-constexpr float kNever = ExtinctionField::kNever;
+constexpr float kNever = Medium::kNever;
 
 // The sun is always looked for where it is expected to add this much per unit of irradiance, elsewhere less often in
 // proportion. A sphere's mean phase function is 0.08.
@@ -66,7 +66,7 @@ float PathTracer::sun_effort(float phase, const vec3& p_m) const {
 // False where the path ends: in a particle that emits and does not scatter.
 bool PathTracer::scatter_in_cloud(Path& path, Random& random) const {
   if (field_.emits()) {
-    const ExtinctionField::Emission emission = field_.emission(path.p_m);
+    const Medium::Emission emission = field_.emission(path.p_m);
     if (random() < emission.share) {
       path.light += path.weight * emission.radiance_per_sr;
       return false;

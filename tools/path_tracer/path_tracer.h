@@ -9,7 +9,7 @@
 #include <glm/glm.hpp>
 
 #include "tools/path_tracer/directions.h"
-#include "tools/path_tracer/extinction_field.h"
+#include "tools/path_tracer/medium.h"
 #include "tools/path_tracer/surroundings.h"
 
 namespace nephele::truth {
@@ -23,7 +23,7 @@ struct PathSample {
 
 class PathTracer {
  public:
-  PathTracer(const ExtinctionField& field, const Surroundings& surroundings, const Phase& phase)
+  PathTracer(const Medium& field, const Surroundings& surroundings, const Phase& phase)
       : field_(field), surroundings_(surroundings), phase_(phase) {}
 
   // A ray of the camera, which is the origin of render space. pixel_rad: the pixel's height, for the ground's pattern.
@@ -46,7 +46,7 @@ class PathTracer {
   float sun_effort(float phase, const glm::vec3& p_m) const;  // how often to look: always where it is bright
   void reflect_from_ground(Path& path, const glm::vec3& albedo, Random& random) const;
 
-  const ExtinctionField& field_;
+  const Medium& field_;
   const Surroundings& surroundings_;
   const Phase& phase_;
 };

@@ -103,7 +103,7 @@ ImageF ReferenceImage::picture() const {
   return image;
 }
 
-ImageF ReferenceImage::layers(const ExtinctionField& field, const Surroundings& surroundings) const {
+ImageF ReferenceImage::layers(const Medium& field, const Surroundings& surroundings) const {
   ImageF image{width_, height_, {"R", "G", "B", "T", "Z"}, {}};
   const double n = std::max(1u, samples_);
   for (std::uint32_t pixel = 0; pixel < sums_.size(); ++pixel) {

@@ -31,7 +31,7 @@ class ReferenceImage {
   // R G B T SE: radiance, the clouds' transmittance, standard error of the mean of the luminance.
   ImageF picture() const;
   // R G B T Z: the cloud layer alone, as the renderer writes it.
-  ImageF layers(const ExtinctionField& field, const Surroundings& surroundings) const;
+  ImageF layers(const Medium& field, const Surroundings& surroundings) const;
 
   // Everything needed to go on. key: what the samples are of; another one's state is refused.
   Result<void> save(const std::string& path, std::uint64_t key) const;
