@@ -2,11 +2,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <system_error>
+#include <utility>
 
 #include "engine/check.h"
 
@@ -94,26 +96,27 @@ Result<void> write_file(const std::filesystem::path& path, std::span<const std::
   return {};
 }
 
-Result<NpyArray> read_npy(const std::filesystem::path& path) {
-  Result<std::vector<std::byte>> file = read_file(path, kMaxElements * 4 + 65536);
-  if (!file) return file.error();
-  const std::vector<std::byte>& bytes = *file;
+namespace {
+
+// The header in the first bytes of a file of file_bytes; `bytes` holds all of it, if the file does.
+Result<NpyLayout> parse_layout(std::span<const std::byte> bytes, std::uintmax_t file_bytes, std::size_t max_elements,
+                               const std::filesystem::path& path) {
   if (bytes.size() < kMagicBytes + 2 || std::memcmp(bytes.data(), kMagic, kMagicBytes) != 0)
     return npy_error(path, "magic: not a NumPy file of format 1.0");
   const std::size_t header_bytes =
       std::to_integer<std::size_t>(bytes[kMagicBytes]) | std::to_integer<std::size_t>(bytes[kMagicBytes + 1]) << 8;
-  const std::size_t data_at = kMagicBytes + 2 + header_bytes;
-  if (data_at > bytes.size()) return npy_error(path, "header: cut short");
+  NpyLayout layout;
+  layout.data_at = kMagicBytes + 2 + header_bytes;
+  if (layout.data_at > bytes.size()) return npy_error(path, "header: cut short");
   const std::string header(reinterpret_cast<const char*>(bytes.data()) + kMagicBytes + 2, header_bytes);
 
-  NpyArray array;
   // What follows the key's own quotes is the next quoted string.
   const std::size_t descr = header.find("'descr'");
   const std::string type = descr == std::string::npos ? "" : header_field(header.substr(descr), "descr", '\'', '\'');
   bool known = false;
   for (ElementType candidate : {ElementType::uint8, ElementType::float16, ElementType::float32}) {
     if (type != npy_descriptor(candidate)) continue;
-    array.type = candidate;
+    layout.type = candidate;
     known = true;
   }
   if (!known) return npy_error(path, "descr: '" + type + "', accepted are |u1, <f2 and <f4");
@@ -126,17 +129,39 @@ Result<NpyArray> read_npy(const std::filesystem::path& path) {
     if (digits == std::string::npos) break;
     std::size_t n = 0;
     for (at = digits; at < shape.size() && shape[at] >= '0' && shape[at] <= '9'; ++at)
-      if (n <= kMaxElements) n = n * 10 + static_cast<std::size_t>(shape[at] - '0');
-    if (n == 0 || n > kMaxElements || product > kMaxElements / n)
-      return npy_error(path, concat("shape: (", shape, "), 1 to ", kMaxElements, " elements are accepted"));
+      if (n <= max_elements) n = n * 10 + static_cast<std::size_t>(shape[at] - '0');
+    if (n == 0 || n > max_elements || product > max_elements / n)
+      return npy_error(path, concat("shape: (", shape, "), 1 to ", max_elements, " elements are accepted"));
     product *= n;
-    array.shape.push_back(n);
+    layout.shape.push_back(n);
   }
-  if (array.shape.empty()) return npy_error(path, "shape: missing");
-  if (bytes.size() - data_at != product * element_bytes(array.type))
-    return npy_error(path, concat("data: ", bytes.size() - data_at, " bytes, the shape needs ",
-                                  product * element_bytes(array.type)));
-  array.data.assign(bytes.begin() + static_cast<std::ptrdiff_t>(data_at), bytes.end());
+  if (layout.shape.empty()) return npy_error(path, "shape: missing");
+  if (file_bytes - layout.data_at != product * element_bytes(layout.type))
+    return npy_error(path, concat("data: ", file_bytes - layout.data_at, " bytes, the shape needs ",
+                                  product * element_bytes(layout.type)));
+  return layout;
+}
+
+}  // namespace
+
+Result<NpyLayout> read_npy_layout(const std::filesystem::path& path, std::size_t max_elements) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff file_bytes = file ? static_cast<std::streamoff>(file.tellg()) : -1;
+  if (file_bytes < 0 || std::filesystem::is_directory(path)) return npy_error(path, "cannot be opened for reading");
+  std::vector<std::byte> bytes(std::min<std::size_t>(static_cast<std::size_t>(file_bytes), kMagicBytes + 2 + 65535));
+  file.seekg(0);
+  if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
+    return npy_error(path, "cannot be read");
+  return parse_layout(bytes, static_cast<std::uintmax_t>(file_bytes), max_elements, path);
+}
+
+Result<NpyArray> read_npy(const std::filesystem::path& path) {
+  Result<std::vector<std::byte>> file = read_file(path, kMaxElements * 4 + 65536);
+  if (!file) return file.error();
+  Result<NpyLayout> layout = parse_layout(*file, file->size(), kMaxElements, path);
+  if (!layout) return layout.error();
+  NpyArray array{layout->type, std::move(layout->shape), {}};
+  array.data.assign(file->begin() + static_cast<std::ptrdiff_t>(layout->data_at), file->end());
   return array;
 }
 

@@ -31,6 +31,15 @@ struct NpyArray {
 Result<NpyArray> read_npy(const std::filesystem::path& path);
 Result<void> write_npy(const std::filesystem::path& path, const NpyArray& array);
 
+// Where the data of such a file lies, for arrays of up to max_elements that are read piece by piece. Everything that
+// read_npy checks has been checked.
+struct NpyLayout {
+  ElementType type = ElementType::float32;
+  std::vector<std::size_t> shape;
+  std::size_t data_at = 0;  // bytes from the file's beginning
+};
+Result<NpyLayout> read_npy_layout(const std::filesystem::path& path, std::size_t max_elements);
+
 // Whole files: read up to max_bytes; write through a temporary name that no other process or thread uses.
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path, std::size_t max_bytes);
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> data);

@@ -22,6 +22,9 @@ Command add_compare_command(CLI::App& program);
 Command add_sweep_command(CLI::App& program);
 // With NEPHELE_VIEWER.
 Command add_fly_command(CLI::App& program);
+Command add_import_command(CLI::App& program);
+Command add_export_command(CLI::App& program);
 Command add_devices_command(CLI::App& program);
+Command add_grow_command(CLI::App& program);
 
 }  // namespace nephele::tools

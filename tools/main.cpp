@@ -34,7 +34,8 @@ int run(int argc, char** argv) {
 #ifdef NEPHELE_VIEWER
       nephele::tools::add_fly_command(program),
 #endif
-      nephele::tools::add_devices_command(program),
+      nephele::tools::add_import_command(program),  nephele::tools::add_export_command(program),
+      nephele::tools::add_grow_command(program),    nephele::tools::add_devices_command(program),
   };
   try {
     program.parse(argc, argv);

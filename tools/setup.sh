@@ -13,6 +13,9 @@ packages=(
   libcli11-dev nlohmann-json3-dev    # command line, scene files
   libopenexr-dev libstb-dev          # EXR and PNG images
   libglfw3-dev libimgui-dev          # the window of nephele fly
+  libassimp-dev                      # meshes for nephele grow mesh
+  libopenvdb-dev libboost-dev        # volumes of clouds in OpenVDB, whose headers need Boost's
+  libnetcdf-dev                      # and in NetCDF: nephele import and export
   doctest-dev vulkan-validationlayers  # tests
   clang-format                       # the check of the code's format
   "$@"
