@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
+#include <variant>
 
 #include "engine/atomic_file.h"
 #include "engine/check.h"
@@ -19,13 +21,17 @@
 #include "shared/tonemap.h"
 #include "shared/world.h"
 #include "tools/checked_options.h"
+#include "tools/clouds/open_volume.h"
+#include "tools/clouds/volume_reader.h"
 #include "tools/command.h"
 #include "tools/options.h"
 #include "tools/path_tracer/extinction_field.h"
 #include "tools/path_tracer/reference_image.h"
+#include "tools/path_tracer/voxel_field.h"
 #include "tools/progress.h"
 #include "tools/scene_tables.h"
 #include "tools/scene_view.h"
+#include "tools/volume_arguments.h"
 
 namespace nephele::tools {
 namespace {
@@ -37,10 +43,12 @@ constexpr std::uint32_t kPassSamples = 16;
 constexpr auto kSaveEvery = std::chrono::seconds(30);
 constexpr std::uint32_t kMaxThreads = 256;
 constexpr double kMaxSkyRadiance = 1e6;
+constexpr std::size_t kMostVoxels = std::size_t{1} << 29;  // four bytes each
 
 // As typed.
 struct ReferenceOptions {
-  std::string scene, view, out, layers, picture, tables, device;
+  std::string scene, view, out, layers, picture, tables, device, volume;
+  VolumeArguments volume_arguments;
   TypedSettings typed{.settings = {.width = 320, .height = 180}, .given = {}};
   std::optional<std::uint32_t> spp;
   std::optional<double> noise, sky_radiance;
@@ -82,9 +90,10 @@ class Key {
   std::uint64_t hash_ = 0xcbf29ce484222325u;
 };
 
-std::uint64_t state_key(const Scene& scene, const std::vector<shared::Particle>& particles,
+std::uint64_t state_key(const Scene& scene, const std::vector<shared::Particle>& particles, const std::string& volume,
                         const std::optional<double>& sky_radiance) {
   Key key;
+  for (const char letter : volume) key.add(letter);
   for (const shared::Particle& particle : particles) key.add(particle);
   for (const double value :
        {scene.camera.position_m.x, scene.camera.position_m.y, scene.camera.position_m.z, scene.camera.yaw_rad,
@@ -107,11 +116,45 @@ std::uint64_t state_key(const Scene& scene, const std::vector<shared::Particle>&
   return key.value();
 }
 
+// The voxels of --volume, where the scene's set stands.
+struct PlacedVoxels {
+  truth::Voxels voxels;
+  Placement at;
+  glm::dvec3 camera_m{0.0};  // in the air that they stand still in
+
+  float highest_m() const { return static_cast<float>(at.at_m.z + at.scale * voxels.bounds_m[2].back()); }
+};
+
+Result<PlacedVoxels> placed_voxels(const Scene& scene, const ReferenceOptions& options) {
+  const PlacedSet* placed = nullptr;
+  std::size_t others = scene.particles.size() + (scene.clouds ? 1 : 0);
+  for (const SceneSource& source : scene.sources)
+    if (const auto* set = std::get_if<PlacedSet>(&source); set && !placed && set->instances.empty())
+      placed = set;
+    else
+      ++others;
+  if (!placed || others > 0)
+    return Error{
+        "--volume takes the place of the scene's set; accepted: a scene with one source of kind set, without "
+        "instances, and no other clouds"};
+  const Result<clouds::VolumeOptions> open = volume_options(options.volume_arguments);
+  if (!open) return open.error();
+  const Result<std::unique_ptr<clouds::VolumeReader>> reader = clouds::open_volume(options.volume, *open);
+  if (!reader) return reader.error();
+  const Result<clouds::MemoryVolume> volume = clouds::load_volume(**reader, kMostVoxels);
+  if (!volume) return Error{options.volume + ": " + volume.error().message};
+  const Placement& at = placed->placement;
+  const glm::dvec2 wind_m_per_s = at.drifts ? at.wind_m_per_s.value_or(scene_wind_m_per_s(scene)) : glm::dvec2(0.0);
+  const glm::dvec3 camera_m = scene.camera.position_m - glm::dvec3(wind_m_per_s * options.time_s, 0.0);
+  return PlacedVoxels{{volume->grid().bounds_m, volume->values()}, at, camera_m};
+}
+
 // No lower than least_m.
 float highest_m(const std::vector<shared::Particle>& particles, float camera_altitude_m, float least_m) {
   float highest = least_m;
   for (const shared::Particle& p : particles)
-    highest = std::max(highest, shared::altitude_m(p.center_m, camera_altitude_m) + shared::ellipsoid_extent(p.shape, {0, 0, 1}));
+    highest = std::max(
+        highest, shared::altitude_m(p.center_m, camera_altitude_m) + shared::ellipsoid_extent(p.shape, {0, 0, 1}));
   return highest;
 }
 
@@ -180,28 +223,43 @@ Result<void> run_reference(const ReferenceOptions& options) {
   if (!scene) return scene.error();
   if (!options.view.empty())
     if (auto ok = look_from_view(*scene, options.view); !ok) return ok;
-  const Result<Tables> tables = tables_for_scene(*scene, options.tables, options.quiet);
-  if (!tables) return tables.error();
-  const Result<std::vector<shared::Particle>> particles = rendered_particles(*scene, *tables, options);
-  if (!particles) return particles.error();
+  Result<std::vector<shared::Particle>> particles = std::vector<shared::Particle>{};
+  std::optional<PlacedVoxels> voxels;
+  std::uint32_t particle_seed = TableParameters{}.particle_seed;
+  if (!options.volume.empty()) {
+    Result<PlacedVoxels> read = placed_voxels(*scene, options);
+    if (!read) return read.error();
+    voxels = std::move(*read);
+  } else {
+    const Result<Tables> tables = tables_for_scene(*scene, options.tables, options.quiet);
+    if (!tables) return tables.error();
+    particles = rendered_particles(*scene, *tables, options);
+    if (!particles) return particles.error();
+    particle_seed = tables->parameters.particle_seed;
+  }
 
   const auto altitude_m = static_cast<float>(scene->camera.position_m.z);
   std::optional<glm::vec3> uniform_sky;
   if (options.sky_radiance) uniform_sky = glm::vec3(static_cast<float>(*options.sky_radiance));
   const truth::Surroundings surroundings(
-      *scene, uniform_sky, highest_m(*particles, altitude_m, scene->terrain ? scene->terrain->highest_m : 0.0f));
-  const truth::DensityLattice lattice(tables->parameters.particle_seed);
+      *scene, uniform_sky,
+      highest_m(*particles, altitude_m,
+                std::max(scene->terrain ? scene->terrain->highest_m : 0.0f, voxels ? voxels->highest_m() : 0.0f)));
+  const truth::DensityLattice lattice(particle_seed);
   const glm::vec3 camera_grid_m =
       shared::grid_place(shared::cloud_from_world(scene->camera.position_m - glm::dvec3(scene->world_origin_m, 0.0),
                                                   scene_wind_m_per_s(*scene), options.time_s))
           .grid_m;
-  const truth::ExtinctionField field(*particles, camera_grid_m, surroundings.sun_direction(), lattice);
+  const truth::ExtinctionField clouds(*particles, camera_grid_m, surroundings.sun_direction(), lattice);
+  std::optional<truth::VoxelField> volume;
+  if (voxels) volume.emplace(std::move(voxels->voxels), voxels->at, voxels->camera_m, surroundings.sun_direction());
+  const truth::Medium& field = volume ? static_cast<const truth::Medium&>(*volume) : clouds;
   const truth::Phase phase(scene->phase);
   const truth::PathTracer tracer(field, surroundings, phase);
 
   truth::ReferenceImage image(scene->camera, options.typed.settings.width, options.typed.settings.height, options.seed);
   const std::string state_path = options.resume ? options.out + ".state" : "";
-  const std::uint64_t key = state_key(*scene, *particles, options.sky_radiance);
+  const std::uint64_t key = state_key(*scene, *particles, options.volume, options.sky_radiance);
   if (options.resume && std::filesystem::exists(state_path))
     if (auto ok = image.load(state_path, key); !ok) return ok;
   if (auto ok = trace(options, tracer, image, state_path, key); !ok) return ok;
@@ -238,6 +296,10 @@ Command add_reference_command(CLI::App& program) {
   add_checked_option(*app, "--threads", options->threads, "Threads that trace",
                      WholeNumber{1, kMaxThreads, 1, "one a core"});
   app->add_flag("--resume", options->resume, "Go on from FILE.exr.state, and keep it up to date");
+  app->add_option("--volume", options->volume,
+                  "A file of voxels as import reads it, traced itself in place of the scene's one set")
+      ->type_name("VOLUME");
+  add_volume_options(*app, options->volume_arguments);
   app->add_option("--tables", options->tables, "Directory that nephele bake --out filled; without it, the cache")
       ->type_name("DIR");
   app->add_option("--device", options->device, "Vulkan device: index or part of its name (see nephele devices)")
