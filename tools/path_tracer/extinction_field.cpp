@@ -11,6 +11,7 @@
 #include "shared/reference_particle.h"
 #include "shared/structure.h"
 #include "shared/world.h"
+#include "tools/path_tracer/tracking.h"
 
 namespace nephele::truth {
 
@@ -24,7 +25,6 @@ constexpr double kMaxCells = 4e6;
 constexpr float kCellsPerRadius = 4.0f;  // of the middle particle; finer cells bound no better than they cost
 constexpr float kSliver = 1e-4f;         // of a cell: how far past its border the next one is looked up
 constexpr float kResolution = 0x1p-21f;  // a few units in a float's last place
-constexpr float kRouletteBelow = 0.05f;  // transmittances below are kept at it, or dropped
 constexpr float kMatterSteps = 16.0f;    // a cell, in search of the first matter
 constexpr float kFarAboveM = 1e30f;      // an altitude above every base
 constexpr float kProfilePeak = 0.85f;    // up to this q particle_profile grows; beyond, it is at most kMostProfile
@@ -250,48 +250,21 @@ void ExtinctionField::walk(const vec3& origin_m, const vec3& direction, float en
 }
 
 float ExtinctionField::collide(const vec3& origin_m, const vec3& direction, float end_m, Random& random) const {
-  float depth = -std::log(1.0f - random()), found_m = kNever;
-  walk(origin_m, direction, end_m, [&](std::size_t cell, float near_m, float far_m) {
-    const float bound = bounds_per_m_[cell];
-    for (float at_m = near_m;;) {
-      at_m += depth / bound;
-      if (at_m >= far_m) {
-        depth = (at_m - far_m) * bound;
-        return false;
-      }
-      const float chosen = random() * bound;
-      if (chosen < extinction_in_cell(cell, origin_m + at_m * direction, chosen)) {
-        found_m = at_m;
-        return true;
-      }
-      depth = -std::log(1.0f - random());
-    }
-  });
-  return found_m;
+  return track_collision(
+      random, [&](auto&& visit) { walk(origin_m, direction, end_m, visit); },
+      [&](std::size_t cell) { return bounds_per_m_[cell]; },
+      [&](std::size_t cell, float at_m, float enough) {
+        return extinction_in_cell(cell, origin_m + at_m * direction, enough);
+      });
 }
 
 float ExtinctionField::transmittance(const vec3& origin_m, const vec3& direction, float end_m, Random& random) const {
-  float left = 1.0f, depth = -std::log(1.0f - random());
-  walk(origin_m, direction, end_m, [&](std::size_t cell, float near_m, float far_m) {
-    const float bound = bounds_per_m_[cell];
-    for (float at_m = near_m;;) {
-      at_m += depth / bound;
-      if (at_m >= far_m) {
-        depth = (at_m - far_m) * bound;
-        return false;
-      }
-      left *= std::max(0.0f, 1.0f - extinction_in_cell(cell, origin_m + at_m * direction) / bound);
-      if (left < kRouletteBelow) {
-        if (random() * kRouletteBelow >= left) {
-          left = 0.0f;
-          return true;
-        }
-        left = kRouletteBelow;
-      }
-      depth = -std::log(1.0f - random());
-    }
-  });
-  return left;
+  return track_transmittance(
+      random, [&](auto&& visit) { walk(origin_m, direction, end_m, visit); },
+      [&](std::size_t cell) { return bounds_per_m_[cell]; },
+      [&](std::size_t cell, float at_m, float enough) {
+        return extinction_in_cell(cell, origin_m + at_m * direction, enough);
+      });
 }
 
 float ExtinctionField::first_matter_m(const vec3& origin_m, const vec3& direction, float end_m) const {

@@ -7,6 +7,7 @@
 #include "engine/check.h"
 #include "engine/parallel.h"
 #include "shared/world.h"
+#include "tools/path_tracer/tracking.h"
 
 namespace nephele::truth {
 
@@ -17,10 +18,9 @@ namespace {
 
 constexpr int kCellVoxels = 4;  // a side of a cell, of the middle voxel's
 constexpr double kMaxCells = 8e6;
-constexpr float kRouletteBelow = 0.05f;  // transmittances below are kept at it, or dropped
-constexpr float kGuessShare = 0.8f;      // of the depth towards the sun: some rays find gaps
-constexpr float kSliver = 1e-4f;         // of a cell: how far past its border the next one is looked up
-constexpr float kMatterPerM = 1e-3f;     // from where on extinction counts as matter
+constexpr float kGuessShare = 0.8f;   // of the depth towards the sun: some rays find gaps
+constexpr float kSliver = 1e-4f;      // of a cell: how far past its border the next one is looked up
+constexpr float kMatterPerM = 1e-3f;  // from where on extinction counts as matter
 
 double middle_size(const std::vector<double>& bounds) {
   std::vector<double> sizes;
@@ -165,47 +165,17 @@ void VoxelField::walk(const vec3& origin_m, const vec3& direction, float end_m, 
 }
 
 float VoxelField::collide(const vec3& origin_m, const vec3& direction, float end_m, Random& random) const {
-  float depth = -std::log(1.0f - random()), found_m = kNever;
-  walk(origin_m, direction, end_m, [&](std::size_t cell, float near_m, float far_m) {
-    const float bound = bounds_per_m_[cell];
-    for (float at_m = near_m;;) {
-      at_m += depth / bound;
-      if (at_m >= far_m) {
-        depth = (at_m - far_m) * bound;
-        return false;
-      }
-      if (random() * bound < extinction_per_m(origin_m + at_m * direction)) {
-        found_m = at_m;
-        return true;
-      }
-      depth = -std::log(1.0f - random());
-    }
-  });
-  return found_m;
+  return track_collision(
+      random, [&](auto&& visit) { walk(origin_m, direction, end_m, visit); },
+      [&](std::size_t cell) { return bounds_per_m_[cell]; },
+      [&](std::size_t, float at_m, float) { return extinction_per_m(origin_m + at_m * direction); });
 }
 
 float VoxelField::transmittance(const vec3& origin_m, const vec3& direction, float end_m, Random& random) const {
-  float left = 1.0f, depth = -std::log(1.0f - random());
-  walk(origin_m, direction, end_m, [&](std::size_t cell, float near_m, float far_m) {
-    const float bound = bounds_per_m_[cell];
-    for (float at_m = near_m;;) {
-      at_m += depth / bound;
-      if (at_m >= far_m) {
-        depth = (at_m - far_m) * bound;
-        return false;
-      }
-      left *= std::max(0.0f, 1.0f - extinction_per_m(origin_m + at_m * direction) / bound);
-      if (left < kRouletteBelow) {
-        if (random() * kRouletteBelow >= left) {
-          left = 0.0f;
-          return true;
-        }
-        left = kRouletteBelow;
-      }
-      depth = -std::log(1.0f - random());
-    }
-  });
-  return left;
+  return track_transmittance(
+      random, [&](auto&& visit) { walk(origin_m, direction, end_m, visit); },
+      [&](std::size_t cell) { return bounds_per_m_[cell]; },
+      [&](std::size_t, float at_m, float) { return extinction_per_m(origin_m + at_m * direction); });
 }
 
 float VoxelField::first_matter_m(const vec3& origin_m, const vec3& direction, float end_m) const {
