@@ -253,14 +253,12 @@ SetSource::SetSource(Workshop& make, std::string name, const ScatteredSets& scat
             if (scattered.drifts) plan.drift_m_per_s = scattered.wind_m_per_s.value_or(wind_m_per_s);
             double shares = 0.0, below = 0.0;
             for (const ScatteredSets::Kind& kind : scattered.kinds) shares += double{kind.share};
-            float across_m = 0.0f;
             for (const ScatteredSets::Kind& kind : scattered.kinds) {
               if (!(kind.share > 0.0f)) continue;
               planner.add_kind(*kind.set.set, static_cast<float>(below / shares), double{scattered.scale.x});
               below += double{kind.share};
               for (const float scale : {scattered.scale.x, scattered.scale.y})
                 planner.extend(planner.measures.back(), double{scattered.altitude_m}, double{scale});
-              across_m = std::max(across_m, planner.measures.back().across_m * scattered.scale.y);
             }
             double coverage = double{scattered.coverage};
             if (const auto& map = scattered.weather_map) {
@@ -322,7 +320,12 @@ std::unique_ptr<CloudSource> SetSource::evenly(Workshop& make, const std::string
   // camera, which sees as far as from there.
   const double border_m = 1.05 * reach_m / (1.0 - double{shared::kSetViewFade});
   set_reach(plan.constants, std::min(double{plan.constants.view_distance_m} + 2.0 * cell_m, border_m));
-  if (plan.constants.lattice > 0) plan.capacity = SetPlanner::capacity_of_lattice(plan);
+  if (plan.constants.lattice > 0) {
+    plan.capacity = SetPlanner::capacity_of_lattice(plan);
+  } else {  // all instances may lie within the reach, and here all are drawn by one level
+    const std::uint64_t all = std::uint64_t{plan.constants.candidates} * plan.kinds[0].count[0];
+    plan.capacity = static_cast<std::uint32_t>(std::min(all, std::uint64_t{4} * plan.capacity));
+  }
   return std::unique_ptr<CloudSource>(new SetSource(make, name, std::move(plan), most_particles(make.device())));
 }
 

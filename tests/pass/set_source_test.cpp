@@ -16,14 +16,13 @@
 #include "tests/support/cloud_frame.h"
 #include "tests/support/field_run.h"
 #include "tests/support/shapes.h"
+#include "tests/support/source_scenes.h"
 
 using namespace nephele;
 using namespace nephele::test;
 using shared::Particle;
 
 namespace {
-
-const RenderSettings kSmall{.width = 64, .height = 36, .quality = Quality::low, .ring_size_cells = 40};
 
 // radius_m: of all particles. All such sets have the same matter.
 ParticleSet cloud(int count, float radius_m) {
@@ -45,20 +44,6 @@ SetFile with_levels() {
   ParticleSet set = cloud(40, 60.0f);
   set.coarser = {cloud(10, 120.0f), cloud(2, 240.0f)};
   return shared_set(std::move(set));
-}
-
-Scene only(const SceneSource& source) {
-  Scene scene;
-  scene.clouds.reset();
-  scene.sources = {source};
-  return scene;
-}
-
-ParticleRun run_scene(const Scene& scene, const glm::dvec3& camera_m = {0, 0, 1500}, double time_s = 0.0) {
-  CameraState camera;
-  camera.position_m = camera_m;
-  SourcesRun sources([&](Workshop& make) { return make_sources(make, scene, kSmall); });
-  return sources.run(cloud_view(camera), {camera_m - glm::dvec3(scene.world_origin_m, 0.0), time_s});
 }
 
 double matter(const Particle& p) {
@@ -221,8 +206,8 @@ TEST_CASE("a weather map says where scattered clouds are, and clouds come and go
   double west = 0.0, east = 0.0;
   for (const Particle& p : start.particles) (p.center_m.x < 0 ? west : east) += matter(p);
   CHECK(west > 3.0 * east);
-  // In 10 s a cloud drifts 100 m, coverage there changes by 1/160 at most, a sixteenth of the fade: of what each cloud
-  // has, (1/16)^... at most 2/16 go or come, as its weight is squared.
+  // In 10 s a cloud drifts 100 m, through a 160th of coverage, a sixth of the way over which a place is taken: that
+  // many of the places, 1 of 160, change in all, some here and some there.
   double before = matter(start);
   for (double time_s = 10.0; time_s < 100.0; time_s += 10.0) {
     const double now = matter(at(time_s));

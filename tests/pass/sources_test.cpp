@@ -10,19 +10,22 @@
 #include "shared/ellipsoid.h"
 #include "tests/support/field_run.h"
 #include "tests/support/shapes.h"
+#include "tests/support/source_scenes.h"
 #include "tests/support/test_tables.h"
 
 using namespace nephele;
 using nephele::shared::Particle;
 using nephele::test::cloud_view;
+using nephele::test::kSmall;
+using nephele::test::only;
 using nephele::test::ParticleRun;
+using nephele::test::run_scene;
 using nephele::test::same_bytes;
 using nephele::test::SourcesRun;
 using nephele::test::test_sky;
 
 namespace {
 
-const RenderSettings kSmall{.width = 64, .height = 36, .quality = Quality::low, .ring_size_cells = 40};
 constexpr std::uint32_t kSourceBits = 0xffffu << shared::kParticleSourceShift;
 
 ListedParticle listed_at(const glm::dvec3& center_m) {
@@ -46,20 +49,6 @@ ParticleGroup heap(const Placement& placement) {
 
 CloudSettings field(std::uint32_t seed, float base_m, glm::dvec2 wind_m_per_s = {0, 0}) {
   return {.seed = seed, .base_m = base_m, .wind_m_per_s = wind_m_per_s, .view_distance_m = 9000.0f};
-}
-
-Scene only(const SceneSource& source) {
-  Scene scene;
-  scene.clouds.reset();
-  scene.sources = {source};
-  return scene;
-}
-
-ParticleRun run_scene(const Scene& scene, const glm::dvec3& camera_m = {0, 0, 1500}, double time_s = 0.0) {
-  CameraState camera;
-  camera.position_m = camera_m;
-  SourcesRun sources([&](Workshop& make) { return make_sources(make, scene, kSmall); });
-  return sources.run(cloud_view(camera), {camera_m - glm::dvec3(scene.world_origin_m, 0.0), time_s});
 }
 
 }  // namespace
